@@ -1,0 +1,1 @@
+"""Bundled scenes, one TOML file each; installed as ``warp_origami.scenes``."""

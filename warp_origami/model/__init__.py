@@ -1,0 +1,1 @@
+"""What is simulated, as plain NumPy arrays: patterns, meshes, coordinates, supports and drivers."""

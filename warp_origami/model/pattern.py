@@ -1,0 +1,24 @@
+"""A crease pattern ready to be simulated: the flat mesh and its stowed state."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """What a generator or a FOLD file gives.
+
+    Attributes:
+        mesh: the flat sheet.
+        stowed: (nv, 3) folded positions of the mesh's vertices, m; None where the pattern has no stowed state.
+        pattern_faces: (ne,) face of the pattern as given (FOLD `faces_vertices`) that each element lies in.
+        face_orders: (k, 3) int rows (f, g, s) of FOLD `faceOrders`: face f lies on the side s (+1, -1) of face g's normal.
+    """
+
+    mesh: Mesh
+    stowed: np.ndarray | None
+    pattern_faces: np.ndarray
+    face_orders: np.ndarray

@@ -1,0 +1,1 @@
+"""The terms of the equations of motion: the only launches of kernels."""
