@@ -1,0 +1,194 @@
+"""The elements split into small triangles: what contact sees and what is drawn.
+
+The cubic surface of an element is sampled at area coordinates that are multiples of 1 / divisions. Points where r is
+continuous between elements (mesh vertices, smooth edges, and creases by the fold condition (48)) exist once; the two
+sides of a cut have their own.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .mesh import BOUNDARY, CREASE, Mesh
+
+
+@dataclass(frozen=True)
+class Submesh:
+    """Every element split into divisions^2 sub-triangles.
+
+    Points are ordered: mesh vertices that belong to an element (increasing; in a mesh without idle vertices point i is
+    vertex i), then the points along every mesh edge from its first vertex to its second, then the interior points of
+    the elements. Sub-triangles of one element follow each other.
+
+    Attributes:
+        divisions: k, sub-triangles along an element's side.
+        elements: (np,) int32 an element that each point belongs to.
+        areas: (np, 3) area coordinates of the point in that element.
+        flat: (np, 2) flat coordinates, m.
+        mesh_vertices: (np,) int32 the mesh vertex at the point, -1 where there is none.
+        on_edges: (np,) int8 kind of the mesh edges through the point: BOUNDARY, else CREASE, else SMOOTH (0).
+        triangles: (nt, 3) int32 points of each sub-triangle, counter-clockwise in the flat sheet.
+        triangle_elements: (nt,) int32 element of each sub-triangle.
+        triangle_faces: (nt,) int32 mesh face of each sub-triangle.
+        outer_edges: (nt, 3) bool, side m (from corner m to corner m + 1) lies on the outer boundary of the face.
+        outer_corners: (nt, 3) bool, corner m lies on the outer boundary of the face.
+        creases: (nc, k + 1) int32 points along every CREASE edge of the mesh.
+        rim: (nb, k + 1) int32 points along every BOUNDARY edge of the mesh.
+        crease_edges: (nc,) int32 mesh edge of each row of creases.
+        rim_edges: (nb,) int32 mesh edge of each row of rim.
+    """
+
+    divisions: int
+    elements: np.ndarray
+    areas: np.ndarray
+    flat: np.ndarray
+    mesh_vertices: np.ndarray
+    on_edges: np.ndarray
+    triangles: np.ndarray
+    triangle_elements: np.ndarray
+    triangle_faces: np.ndarray
+    outer_edges: np.ndarray
+    outer_corners: np.ndarray
+    creases: np.ndarray
+    rim: np.ndarray
+    crease_edges: np.ndarray
+    rim_edges: np.ndarray
+
+    @cached_property
+    def triangle_areas(self) -> np.ndarray:
+        """(nt,) flat areas of the sub-triangles, m^2."""
+        a, b, c = (self.flat[self.triangles[:, k]] for k in range(3))
+        return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+
+
+def _lattice(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Integer area coordinates (m, 3) of the lattice, its triangles (k^2, 3), the number (k + 1, k + 1) of a point.
+
+    Point (i, j) has area coordinates (k - i - j, i, j) / k: i runs from corner 0 to corner 1, j from 0 to 2.
+    """
+    number = np.full((k + 1, k + 1), -1)
+    points = [(i, j) for j in range(k + 1) for i in range(k + 1 - j)]
+    for n, (i, j) in enumerate(points):
+        number[i, j] = n
+    triangles = []
+    for i, j in points:
+        if i + j < k:
+            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
+        if i + j < k - 1:
+            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
+    i, j = np.array(points).T
+    return np.stack([k - i - j, i, j], axis=1), np.array(triangles), number
+
+
+def _element_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Mesh edge of each side of each element (ne, 3) and whether the side runs against the edge's direction."""
+    edge = np.full((len(mesh.triangles), 3), -1)
+    reverse = np.zeros((len(mesh.triangles), 3), dtype=bool)
+    for side in range(2):
+        # the sides of an edge's element are told apart by its vertices; by element, because the two lips of a slit
+        # may have the same two vertices
+        d = np.flatnonzero(mesh.edge_triangles[:, side] >= 0)
+        t = mesh.edge_triangles[d, side]
+        for m in range(3):
+            a, b = mesh.triangles[t, m], mesh.triangles[t, (m + 1) % 3]
+            forward = (a == mesh.edges[d, 0]) & (b == mesh.edges[d, 1])
+            backward = (a == mesh.edges[d, 1]) & (b == mesh.edges[d, 0])
+            here = forward | backward
+            edge[t[here], m] = d[here]
+            reverse[t[here], m] = backward[here]
+    return edge, reverse
+
+
+def _element_points(mesh: Mesh, k: int, lattice: np.ndarray, number: np.ndarray, edge, reverse) -> np.ndarray:
+    """(ne, m) point of every lattice point of every element."""
+    ne = len(mesh.triangles)
+    used = np.unique(mesh.triangles)
+    vertex_point = np.full(len(mesh.vertices), -1)
+    vertex_point[used] = np.arange(len(used))
+    points = np.full((ne, len(lattice)), -1)
+    points[:, number[[0, k, 0], [0, 0, k]]] = vertex_point[mesh.triangles]
+
+    # lattice points inside the sides, in the element's sense: 0 -> 1, 1 -> 2, 2 -> 0
+    s = np.arange(1, k)
+    sides = np.stack([number[s, 0], number[k - s, s], number[0, k - s]])
+    first = len(used) + edge[:, :, None] * (k - 1)
+    points[:, sides] = first + np.where(reverse[:, :, None], k - 1 - s, s - 1)
+
+    inside = np.flatnonzero((lattice > 0).all(axis=1))
+    start = len(used) + len(mesh.edges) * (k - 1)
+    points[:, inside] = start + np.arange(ne * len(inside)).reshape(ne, -1)
+    return points
+
+
+def _edge_points(mesh: Mesh, k: int, edges: np.ndarray) -> np.ndarray:
+    """(len(edges), k + 1) points along given mesh edges."""
+    used = np.unique(mesh.triangles)
+    first = len(used) + edges[:, None] * (k - 1)
+    ends = np.searchsorted(used, mesh.edges[edges])
+    return np.concatenate([ends[:, :1], first + np.arange(k - 1), ends[:, 1:]], axis=1).astype(np.int32)
+
+
+def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
+    """Splits every element of `mesh` into divisions^2 sub-triangles; every mesh edge must belong to an element."""
+    k, ne = divisions, len(mesh.triangles)
+    lattice, local, number = _lattice(k)
+    edge, reverse = _element_edges(mesh)
+    element_points = _element_points(mesh, k, lattice, number, edge, reverse)
+    _, first = np.unique(element_points, return_index=True)  # one element and lattice point of every point
+    count = len(first)
+    elements = (first // len(lattice)).astype(np.int32)
+    areas = lattice[first % len(lattice)] / k
+    flat = np.einsum("pk,pkd->pd", areas, mesh.vertices[mesh.triangles[elements]])
+    mesh_vertices = np.full(count, -1, dtype=np.int32)
+    used = np.unique(mesh.triangles)
+    mesh_vertices[: len(used)] = used
+    flat[: len(used)] = mesh.vertices[used]
+
+    crease_edges = np.flatnonzero(mesh.edge_kinds == CREASE).astype(np.int32)
+    rim_edges = np.flatnonzero(mesh.edge_kinds == BOUNDARY).astype(np.int32)
+    creases, rim = _edge_points(mesh, k, crease_edges), _edge_points(mesh, k, rim_edges)
+    on_edges = np.zeros(count, dtype=np.int8)
+    on_edges[creases] = CREASE
+    on_edges[rim] = BOUNDARY
+
+    triangles = element_points[:, local].reshape(-1, 3).astype(np.int32)
+    triangle_elements = np.repeat(np.arange(ne, dtype=np.int32), k * k)
+    triangle_faces = mesh.faces[triangle_elements].astype(np.int32)
+    outer_edges, outer_corners = _outer(mesh, edge, lattice[local], triangles, triangle_faces)
+    return Submesh(
+        divisions=k,
+        elements=elements,
+        areas=areas,
+        flat=flat,
+        mesh_vertices=mesh_vertices,
+        on_edges=on_edges,
+        triangles=triangles,
+        triangle_elements=triangle_elements,
+        triangle_faces=triangle_faces,
+        outer_edges=outer_edges,
+        outer_corners=outer_corners,
+        creases=creases,
+        rim=rim,
+        crease_edges=crease_edges,
+        rim_edges=rim_edges,
+    )
+
+
+def _outer(mesh: Mesh, edge: np.ndarray, corners: np.ndarray, triangles: np.ndarray, faces: np.ndarray):
+    """outer_edges and outer_corners; `corners` (k^2, 3, 3) are the lattice coordinates of an element's sub-triangles.
+
+    A crease that ends inside a face has that face on both sides and is not on its outer boundary.
+    """
+    two = mesh.edge_triangles.min(axis=1) >= 0
+    outer = ~two
+    outer[two] = mesh.faces[mesh.edge_triangles[two, 0]] != mesh.faces[mesh.edge_triangles[two, 1]]
+    # side m of the element is where the area coordinate of the opposite corner, m + 2, is zero at both ends
+    zero = (corners == 0) & (np.roll(corners, -1, axis=1) == 0)  # (k^2, sub-side, area coordinate)
+    on_side = np.roll(zero, 1, axis=2)  # (k^2, sub-side, side of the element): column m is area coordinate m + 2
+    outer_edges = np.einsum("tsm,em->ets", on_side, outer[edge]).astype(bool).reshape(-1, 3)
+
+    t, s = np.nonzero(outer_edges)
+    keys = faces[:, None].astype(np.int64) * (triangles.max() + 1) + triangles
+    marked = np.concatenate([keys[t, s], keys[t, (s + 1) % 3]])
+    return outer_edges, np.isin(keys, marked)
