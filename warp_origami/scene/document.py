@@ -1,0 +1,116 @@
+"""The scene: everything a user asks for, validated as a whole."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+import tomli_w
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from .base import AsTuple, Table, fault
+from .faults import input_error
+from .loads import Load
+from .motion import Driver, Profile, Support
+from .settings import Analysis, Contact, Integrator, Output, Probe
+from .sheet import Material, Pattern
+
+
+class Scene(Table):
+    """A simulation, with the fields of the scene file; SI units throughout.
+
+    Every default is filled in. `support`, `driver`, `load` and `probe` are tuples, as the file's arrays of tables.
+
+    Raises:
+        InputError: anything is missing, unknown, out of range or contradictory; one line per fault.
+    """
+
+    name: str = Field(description="a name of letters, digits, spaces and _ + - . that can be a folder's")
+    analysis: Analysis = Field(description="a table with kind and duration")
+    pattern: Pattern = Field(description="a table with kind and the parameters of that kind")
+    material: Material = Field(description="a table with density, youngs_modulus, poisson_ratio, thickness")
+    contact: Contact | None = Field(default=None, description="a table; without it there is no contact")
+    support: Annotated[tuple[Support, ...], AsTuple] = Field(default=(), description="an array of tables [[support]]")
+    driver: Annotated[tuple[Driver, ...], AsTuple] = Field(default=(), description="an array of tables [[driver]]")
+    load: Annotated[tuple[Load, ...], AsTuple] = Field(default=(), description="an array of tables [[load]]")
+    integrator: Integrator = Field(default=Integrator(), description="a table")
+    output: Output = Field(default=Output(), description="a table")
+    probe: Annotated[tuple[Probe, ...], AsTuple] = Field(default=(), description="an array of tables [[probe]]")
+
+    _directory: Path = PrivateAttr(default_factory=Path.cwd)
+
+    def __init__(self, **values: Any):
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise input_error(error, values, type(self)) from None
+
+    @property
+    def directory(self) -> Path:
+        """Folder of the scene file (the current one for scenes made in Python): FOLD files are relative to it."""
+        return self._directory
+
+    def to_toml(self) -> str:
+        """The scene as a TOML file; reading it gives an equal scene. The path of a FOLD file is absolute."""
+        return tomli_w.dumps(self.model_dump(exclude_none=True))
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if not re.fullmatch(r"\w[\w +.-]*", self.name):
+            raise fault("name", repr(self.name), type(self).model_fields["name"].description)
+        self._refuse_repeated_names()
+        probes = tuple(
+            probe if probe.name else probe.model_copy(update={"name": _free_name("probe", i, self.probe)})
+            for i, probe in enumerate(self.probe)
+        )
+        object.__setattr__(self, "probe", probes)
+        for key in ("driver", "load"):
+            completed = tuple(self._with_profile(f"{key}.{i}", item) for i, item in enumerate(getattr(self, key)))
+            object.__setattr__(self, key, completed)
+        if self.contact is not None and self.contact.thickness is None:
+            contact = self.contact.model_copy(update={"thickness": self.material.thickness})
+            object.__setattr__(self, "contact", contact)
+        return self
+
+    def _refuse_repeated_names(self) -> None:
+        # supports and drivers share the columns of reactions.csv
+        owners: dict[str, str] = {}
+        movers = [(f"{key}.{i}", item) for key in ("support", "driver") for i, item in enumerate(getattr(self, key))]
+        for place, item in movers:
+            if item.name is not None and item.name in owners:
+                wants = f"a name that no other support or driver has ({owners[item.name]} has it)"
+                raise fault(f"{place}.name", repr(item.name), wants)
+            owners[item.name] = place
+        names = [probe.name for probe in self.probe]
+        for i, name in enumerate(names):
+            if name is not None and name in names[:i]:
+                wants = f"a name that no other probe has (probe.{names.index(name)} has it)"
+                raise fault(f"probe.{i}.name", repr(name), wants)
+
+    def _with_profile(self, place: str, item: Any) -> Any:
+        profile: Profile | None = getattr(item, "profile", None)
+        if profile is None:
+            return item
+        try:
+            profile = profile.completed(self.analysis.duration)
+        except PydanticCustomError as error:
+            raise fault(f"{place}.profile.{error.context['key']}", *_got_wants(error)) from None
+        initial = profile.factor()(0.0)
+        if isinstance(item, Driver) and initial != 0.0:
+            raise fault(
+                f"{place}.profile",
+                f"factor {initial:g} at time 0",
+                "factor 0 at time 0: drivers leave the initial state",
+            )
+        return item.model_copy(update={"profile": profile})
+
+
+def _got_wants(error: PydanticCustomError) -> tuple[str, str]:
+    return error.context["got"], error.context["wants"]
+
+
+def _free_name(stem: str, number: int, items: tuple) -> str:
+    taken = {item.name for item in items}
+    while f"{stem}{number}" in taken:
+        number += 1
+    return f"{stem}{number}"

@@ -1,0 +1,101 @@
+"""What the sheet is: its pattern and its material."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from .base import AsTuple, Count, NotNegative, Number, Positive, Table, fault
+
+REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
+INITIAL_WANTS = '"flat", "stowed" or { stretch = [a, b] }'
+
+
+class Stretch(Table):
+    """The flat sheet scaled in its plane."""
+
+    stretch: Annotated[tuple[Positive, Positive], AsTuple] = Field(description="two factors > 0, along x and y")
+
+
+Initial = Literal["flat", "stowed"] | Stretch
+
+
+class PatternTable(Table):
+    """A pattern of some kind; the fields but `kind` and `initial` are the parameters of its generator."""
+
+    def parameters(self) -> dict[str, Any]:
+        """Arguments for the generator of this kind of pattern."""
+        return {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "initial")}
+
+
+class LeafIn(PatternTable):
+    """The leaf-in square: nested squares, diagonals and medians."""
+
+    kind: Literal["leaf_in"] = Field(description='"leaf_in"')
+    side: Positive = Field(default=0.6, description="a number > 0: side of the square, m")
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+
+class Sheet(PatternTable):
+    """A rectangle of nx by ny cells of two triangles each."""
+
+    kind: Literal["sheet"] = Field(description='"sheet"')
+    width: Positive = Field(default=1.0, description="a number > 0: extent along x, m")
+    height: Positive = Field(default=1.0, description="a number > 0: extent along y, m")
+    nx: Count = Field(default=4, description="an integer >= 1: cells along x")
+    ny: Count = Field(default=4, description="an integer >= 1: cells along y")
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="flat", description=INITIAL_WANTS)
+
+
+class Fold(PatternTable):
+    """A crease pattern in a FOLD file."""
+
+    kind: Literal["fold"] = Field(description='"fold"')
+    file: str = Field(min_length=1, description="path of a FOLD file, relative to the folder of the scene file")
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial | None = Field(default=None, description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        path = Path(self.file).absolute()
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise fault("file", f"{str(path)!r} ({error.strerror})", "path of a readable FOLD file") from None
+        except ValueError as error:
+            raise fault("file", f"{str(path)!r} ({error})", "a FOLD file, which is JSON") from None
+        if not isinstance(content, dict):
+            raise fault("file", f"{str(path)!r}", "a FOLD file, which is a JSON object")
+        object.__setattr__(self, "file", str(path))
+        if self.initial is None:
+            object.__setattr__(self, "initial", "stowed" if _has_folded_form(content) else "flat")
+        return self
+
+
+def _has_folded_form(content: dict) -> bool:
+    frames = content.get("file_frames", [])
+    return any("foldedForm" in frame.get("frame_classes", []) for frame in frames if isinstance(frame, dict))
+
+
+Pattern = Annotated[LeafIn | Sheet | Fold, Field(discriminator="kind")]
+
+
+class Material(Table):
+    """Linear elastic or wrinkling (stiffness reduction) membrane, with Rayleigh damping."""
+
+    density: Positive = Field(description="a number > 0: density, kg/m^3")
+    youngs_modulus: Positive = Field(description="a number > 0: Young's modulus, Pa")
+    poisson_ratio: Annotated[Number, Field(gt=-1.0, lt=0.5)] = Field(description="a number between -1 and 0.5")
+    thickness: Positive = Field(description="a number > 0: thickness, m")
+    model: Literal["srm", "linear"] = Field(default="srm", description='"srm" (wrinkling) or "linear"')
+    s1: Annotated[Positive, Field(le=1.0)] = Field(
+        default=1e-4, description="a number > 0 and <= 1: residual stiffness of wrinkled material over the full one"
+    )
+    s2: Annotated[Positive, Field(le=1.0)] = Field(
+        default=1e-4, description="a number > 0 and <= 1: residual stiffness of slack material over the full one"
+    )
+    mass_damping: NotNegative = Field(default=0.0, description="a number >= 0: alpha of Rayleigh damping, 1/s")
+    stiffness_damping: NotNegative = Field(default=0.0, description="a number >= 0: beta of Rayleigh damping, s")
