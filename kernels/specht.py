@@ -116,7 +116,7 @@ def shape_gradient(area: vec3, c: mat33):
     return g
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, module="warp_origami.kernels.element")
 def tabulate_shapes(
     vertices: wp.array(dtype=vec2),
     triangles: wp.array2d(dtype=wp.int32),

@@ -1,0 +1,29 @@
+"""Arrays that both NumPy and the device see."""
+
+import numpy as np
+import warp as wp
+
+
+class Buffer:
+    """A preallocated device array with cheap access from the host.
+
+    On the CPU the host side is a view of the same memory, on CUDA a copy.
+
+    Attributes:
+        array: the Warp array, for launches.
+    """
+
+    def __init__(self, shape: int | tuple[int, ...], dtype, device: str):
+        self.array = wp.zeros(shape, dtype=dtype, device=device)
+        self._view = self.array.numpy() if self.array.device.is_cpu else None
+
+    def write(self, values: np.ndarray) -> None:
+        """Copies `values`, of the array's NumPy shape, to the device."""
+        if self._view is None:
+            self.array.assign(values)
+        else:
+            self._view[...] = values
+
+    def read(self) -> np.ndarray:
+        """The values; on the CPU a view that the next launch overwrites."""
+        return self.array.numpy() if self._view is None else self._view

@@ -1,0 +1,198 @@
+"""Elastic forces of the sheet: strain energy, gradient, tangent and stress, paper (16)-(21)."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import warp as wp
+
+from warp_origami.errors import InputError
+from warp_origami.kernels import linear, srm
+from warp_origami.kernels.gather import gather_vectors
+from warp_origami.kernels.membrane import NODES, PAIRS, membrane_kernels
+from warp_origami.kernels.precision import mat33, real, vec2, vec3
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+
+from .buffers import Buffer
+from .quadrature import rule
+from .shapes import ShapeTable, tabulate
+
+LAWS = {law.NAME: law for law in (srm, linear)}
+SLACK, WRINKLED, TAUT = srm.SLACK, srm.WRINKLED, srm.TAUT
+
+
+class Material(Protocol):
+    """What the membrane needs to know: Young's modulus (Pa), Poisson's ratio, thickness (m), law and stiffness ratios."""
+
+    youngs_modulus: float
+    poisson_ratio: float
+    thickness: float
+    model: str
+    s1: float
+    s2: float
+
+
+@dataclass(frozen=True)
+class StressSample:
+    """Stress at n points.
+
+    Attributes:
+        s1: (n,) larger principal second Piola-Kirchhoff stress, Pa.
+        s2: (n,) smaller one, Pa.
+        von_mises: (n,) equivalent stress (59), Pa.
+        state: (n,) int32, 0 slack, 1 wrinkled, 2 taut (the linear law: always 2).
+    """
+
+    s1: np.ndarray
+    s2: np.ndarray
+    von_mises: np.ndarray
+    state: np.ndarray
+
+
+class Membrane:
+    """Strain energy of the sheet as a function of the generalized coordinates q (n, 3).
+
+    All sums run in a fixed order: equal q gives bitwise equal results.
+
+    Args:
+        mesh: flat sheet.
+        coordinates: numbering of q.
+        material: law and constants.
+        degree: of the quadrature rule (6: 12 points).
+        device: of Warp, "cpu" or "cuda:0".
+
+    Attributes:
+        name: for summaries, e.g. "membrane (srm)".
+        kernel_modules: names of the Warp modules that are compiled for it.
+        blocks: (ne, 45) Warp array of mat33, the element tangents of the last `linearize` on the device.
+
+    Raises:
+        InputError: unknown material model.
+    """
+
+    def __init__(
+        self, mesh: Mesh, coordinates: Coordinates, material: Material, degree: int = 6, device: str = "cpu"
+    ) -> None:
+        if material.model not in LAWS:
+            raise InputError("material.model", material.model, " or ".join(LAWS))
+        law = LAWS[material.model]
+        self._kernels = membrane_kernels(law)
+        self._device = device
+        self._parameters = law.parameters(material.youngs_modulus, material.poisson_ratio, material.s1, material.s2)
+        self.name = f"membrane ({law.NAME})"
+        self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
+
+        count = len(mesh.triangles)
+        areas, weights = rule(degree)
+        table = tabulate(mesh, np.repeat(np.arange(count), len(areas)), np.tile(areas, (count, 1)))
+        volumes = material.thickness * mesh.areas[:, None] * weights
+        self._fractions = np.outer(mesh.areas / mesh.areas.sum(), weights).ravel()
+        self._q = Buffer(coordinates.count, vec3, device)
+        self._elements = wp.array(coordinates.elements, dtype=wp.int32, device=device)
+        self._quadrature = self._prepare(table)
+        shapes = self._quadrature.shapes.reshape((count, len(areas), NODES))
+        inputs = [self._q.array, self._elements, shapes, wp.array(volumes, device=device), self._parameters]
+
+        self._energy = Buffer(count, real, device)
+        element_gradient = wp.zeros((count, NODES), dtype=vec3, device=device)
+        self._gradient = Buffer(coordinates.count, vec3, device)
+        self._blocks = Buffer((count, PAIRS), mat33, device)
+        self.blocks = self._blocks.array
+        outputs = [self._energy.array, element_gradient]
+        self._launch_gradient = self._record(self._kernels.gradient, count, inputs, outputs)
+        self._launch_tangent = self._record(self._kernels.tangent, count, inputs, [*outputs, self.blocks])
+
+        indptr, index = _rows_of(coordinates.elements, coordinates.count)
+        self._launch_gather = self._record(
+            gather_vectors,
+            coordinates.count,
+            [
+                wp.array(indptr, dtype=wp.int32, device=device),
+                wp.array(index, dtype=wp.int32, device=device),
+                element_gradient.flatten(),
+            ],
+            [self._gradient.array],
+        )
+
+    def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Strain energy (J) and its gradient (n, 3): minus the elastic forces (21)."""
+        self._q.write(q)
+        self._launch_gradient.launch()
+        return self._sums()
+
+    def linearize(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Like `gradient`, and leaves the element tangents in `blocks` on the device."""
+        self._q.write(q)
+        self._launch_tangent.launch()
+        return self._sums()
+
+    def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Strain energy (J), its gradient (n, 3) and the element tangents (ne, 45, 3, 3) of the pairs i <= j.
+
+        On the CPU the tangents are a view that the next call overwrites.
+        """
+        energy, gradient = self.linearize(q)
+        return energy, gradient, self._blocks.read()
+
+    def sampler(self, table: ShapeTable) -> "StressSampler":
+        """Stress at the points of `table`, for repeated use."""
+        return self._prepare(table)
+
+    def stress(self, q: np.ndarray, table: ShapeTable) -> StressSample:
+        """Stress at the points of `table`, once."""
+        return self.sampler(table)(q)
+
+    def state_fractions(self, q: np.ndarray) -> tuple[float, float, float]:
+        """Fractions of the flat area that are taut, wrinkled and slack, from the states at the quadrature points."""
+        _, state = self._quadrature.evaluate(q)
+        taut, wrinkled, slack = (float(self._fractions @ (state == k)) for k in (TAUT, WRINKLED, SLACK))
+        return taut, wrinkled, slack
+
+    def _sums(self) -> tuple[float, np.ndarray]:
+        self._launch_gather.launch()
+        return float(self._energy.read().sum()), self._gradient.read().copy()
+
+    def _prepare(self, table: ShapeTable) -> "StressSampler":
+        count = len(table.elements)
+        shapes = wp.array(table.gradients, dtype=vec2, device=self._device)
+        stress = Buffer(count, vec2, self._device)
+        state = Buffer(count, wp.int32, self._device)
+        points = wp.array(table.elements, dtype=wp.int32, device=self._device)
+        inputs = [self._q.array, self._elements, points, shapes, self._parameters]
+        launch = self._record(self._kernels.sample, count, inputs, [stress.array, state.array])
+        return StressSampler(self._q, shapes, launch, stress, state)
+
+    def _record(self, kernel: wp.Kernel, dim: int, inputs: list, outputs: list) -> wp.Launch:
+        return wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device, record_cmd=True)
+
+
+@dataclass(frozen=True)
+class StressSampler:
+    """Stress of a membrane at fixed points: call it with q."""
+
+    q: Buffer
+    shapes: wp.array
+    launch: wp.Launch
+    principal_stress: Buffer
+    state: Buffer
+
+    def evaluate(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Principal stresses (n, 2), Pa, and states (n,); on the CPU views that the next call overwrites."""
+        self.q.write(q)
+        self.launch.launch()
+        return self.principal_stress.read(), self.state.read()
+
+    def __call__(self, q: np.ndarray) -> StressSample:
+        """Stress at the points for coordinates q (n, 3)."""
+        stress, state = self.evaluate(q)
+        s1, s2 = stress[:, 0].copy(), stress[:, 1].copy()
+        return StressSample(s1, s2, np.sqrt(s1 * s1 - s1 * s2 + s2 * s2), state.copy())
+
+
+def _rows_of(elements: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Compressed map from each coordinate to the places in `elements`, flattened, where it occurs."""
+    rows = elements.ravel()
+    index = np.argsort(rows, kind="stable")
+    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))])
+    return indptr, index
