@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tomli_w
-from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from .base import AsTuple, Table, fault
@@ -37,8 +37,6 @@ class Scene(Table):
     output: Output = Field(default=Output(), description="a table")
     probe: Annotated[tuple[Probe, ...], AsTuple] = Field(default=(), description="an array of tables [[probe]]")
 
-    _directory: Path = PrivateAttr(default_factory=Path.cwd)
-
     def __init__(self, **values: Any):
         try:
             super().__init__(**values)
@@ -47,8 +45,8 @@ class Scene(Table):
 
     @property
     def directory(self) -> Path:
-        """Folder of the scene file (the current one for scenes made in Python): FOLD files are relative to it."""
-        return self._directory
+        """Folder of the FOLD file, whose path is absolute; the current folder without one."""
+        return Path(self.pattern.file).parent if self.pattern.kind == "fold" else Path.cwd()
 
     def to_toml(self) -> str:
         """The scene as a TOML file; reading it gives an equal scene. The path of a FOLD file is absolute."""

@@ -44,7 +44,7 @@ def _explain(details: dict, path: list[str | int], table: type[BaseModel]) -> tu
     wants, siblings = _field(details["loc"], table)
     got = show(details["input"])
     if kind == "fault":
-        path = path + [context["key"]] if context["key"] else path
+        path = [*path, context["key"]] if context["key"] else path
         got, wants = context["got"], context["wants"]
     elif kind == "missing":
         got = "nothing"

@@ -33,9 +33,7 @@ def load_scene(name_or_path: str | Path, overrides: Iterable[str] = ()) -> Scene
     for override in overrides:
         _apply(values, override)
     _resolve_pattern_file(values, path.parent)
-    scene = Scene(**values)
-    scene._directory = path.parent.absolute()
-    return scene
+    return Scene(**values)
 
 
 def bundled_scenes() -> dict[str, tuple[Path, str]]:

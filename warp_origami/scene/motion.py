@@ -1,5 +1,6 @@
 """What is held and what is moved: selectors, profiles, supports, drivers."""
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -94,7 +95,7 @@ class Profile(Table):
             raise fault("table", "a table", f'no table beside kind = "{self.kind}"')
         if self.kind == "table":
             times = [row[0] for row in self.table or ()]
-            if len(times) < 2 or any(b <= a for a, b in zip(times, times[1:], strict=False)):
+            if len(times) < 2 or any(b <= a for a, b in pairwise(times)):
                 raise fault("table", f"times {times}", "two or more rows [time in s, factor], times increasing")
         if ramp and self.start is None:
             object.__setattr__(self, "start", 0.0)

@@ -1,0 +1,159 @@
+"""The command line. Exit codes: 0 done, 2 wrong input, 3 the numerics failed, 130 interrupted.
+
+Warp and USD are imported inside the commands that need them, so that `--help` and `list` answer at once.
+"""
+
+import signal
+import sys
+from pathlib import Path
+
+import click
+
+from .errors import InputError
+
+WRONG_INPUT, FAILED, INTERRUPTED = 2, 3, 130
+EXIT_CODES = {"done": 0, "failed": FAILED, "interrupted": INTERRUPTED}
+
+scene_argument = click.argument("scene")
+set_option = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change one value of the scene, in the unit the scene file has it (SI): material.thickness=1e-4 (m), "
+    "driver.0.profile.end=2 (s). May be given several times.",
+)
+
+
+class Commands(click.Group):
+    """Turns wrong input and interruption into messages and exit codes."""
+
+    def invoke(self, context: click.Context):
+        """Runs a command."""
+        try:
+            return super().invoke(context)
+        except InputError as error:
+            click.echo(str(error), err=True)
+            sys.exit(WRONG_INPUT)
+        except OSError as error:
+            click.echo(f"files: {error}; what was written before stays", err=True)
+            sys.exit(FAILED)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            sys.exit(INTERRUPTED)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="warp-origami")
+def main() -> None:
+    """Simulates the deployment of foldable space membranes. Units are SI: m, kg, s, N, Pa, rad.
+
+    SCENE is the name of a bundled scene or the path of a .toml file.
+    """
+
+
+@main.command("list")
+def list_scenes() -> None:
+    """List the bundled scenes, one line each."""
+    from .scene.files import bundled_scenes
+
+    scenes = bundled_scenes()
+    width = max(map(len, scenes), default=0)
+    for name, (_, line) in scenes.items():
+        click.echo(f"{name:<{width}}  {line}".rstrip())
+
+
+@main.command()
+@scene_argument
+@set_option
+def check(scene: str, overrides: tuple[str, ...]) -> None:
+    """Validate SCENE and print what will be modelled, without running."""
+    from .scene import load_scene
+
+    read = load_scene(scene, overrides)
+    _quiet_warp()
+    from .system import describe
+
+    lines = describe(read)
+    width = max(len(label) for label, _ in lines)
+    for label, value in lines:
+        click.echo(f"{label:<{width}}  {value}")
+
+
+@main.command()
+@scene_argument
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [runs/<scene>].")
+@click.option("--device", metavar="NAME", help="cpu or cuda:0 [what is faster for the size of the scene].")
+@set_option
+@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End at time T, s.")
+@click.option("--resume", is_flag=True, help="Go on from the checkpoint in DIR; without one start anew.")
+@click.option(
+    "--threads", type=click.IntRange(min=1), metavar="N", help="Number of CPU threads [what is faster for the scene]."
+)
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+def run(
+    scene: str,
+    out: Path | None,
+    device: str | None,
+    overrides: tuple[str, ...],
+    until: float | None,
+    resume: bool,
+    threads: int | None,
+    quiet: bool,
+) -> None:
+    """Simulate SCENE and write tables, animation, summary and checkpoint into DIR.
+
+    Without --resume, the results of an earlier run in DIR are replaced.
+    """
+    from .scene import load_scene
+
+    read = load_scene(scene, overrides)
+    folder = Path("runs") / read.name if out is None else out
+    _check_folder(folder)
+    end = read.analysis.duration if until is None else min(until, read.analysis.duration)
+    _quiet_warp()
+    from .output.observers import Observers
+    from .output.progress import Progress
+    from .output.run_directory import RunDirectory, is_finished, read_run
+    from .solve.simulate import simulate
+
+    checkpoint = read_run(folder, read) if resume else None
+    if resume and is_finished(folder, end):
+        if not quiet:
+            click.echo(f"{folder} is finished: nothing to do", err=True)
+        return
+    # a termination request (batch systems, shutdown) ends the run as Ctrl-C does: kept and resumable
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    watchers = [RunDirectory(folder)] if quiet else [RunDirectory(folder), Progress(end)]
+    result = simulate(
+        read, device=device, until=until, observer=Observers(watchers), resume=checkpoint, threads=threads
+    )
+    sys.exit(_report(result.summary, folder, quiet))
+
+
+def _report(summary: dict, folder: Path, quiet: bool) -> int:
+    """Says how a run ended and gives the exit code."""
+    status = summary["status"]
+    if status != "done" or not quiet:
+        reasons = [summary[key] for key in ("message", "advice") if summary.get(key)]
+        go_on = ["go on with --resume"] if status == "interrupted" else []
+        click.echo("; ".join([f"{status}: results in {folder}", *reasons, *go_on]), err=True)
+    return EXIT_CODES[status]
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuses a place where no folder can be, before anything is computed."""
+    existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
+    if not existing.is_dir():
+        raise InputError("--out", f"{str(existing)!r}, which is a file", "the path of a folder")
+
+
+def _quiet_warp() -> None:
+    """Keeps Warp's own messages off the terminal, which the progress bar has."""
+    import warp
+
+    warp.config.quiet = True
+
+
+if __name__ == "__main__":
+    main()

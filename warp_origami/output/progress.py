@@ -1,0 +1,77 @@
+"""The progress bar: time, step size, Newton iterations, energy balance."""
+
+import sys
+import time
+from typing import TextIO
+
+import numpy as np
+from tqdm import tqdm
+
+from warp_origami.model.submesh import Submesh
+from warp_origami.scene import Scene
+from warp_origami.solve.records import Frame, StepRecord
+
+LINE_INTERVAL = 10.0
+"""Seconds between lines where there is no terminal to draw a bar on."""
+
+
+class Progress:
+    """Shows how a run goes (an Observer): a bar on a terminal, a line now and then elsewhere."""
+
+    def __init__(self, until: float, stream: TextIO = sys.stderr):
+        """`until` is the time at which the run ends, s."""
+        self.until = until
+        self.stream = stream
+        self._bar: tqdm | None = None
+        self._phase = ""
+        self._next_line = 0.0
+        self._largest = 0.0
+
+    def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
+        """Says what begins."""
+        begins = scene.name if resumed_at is None else f"{scene.name}, resumed at {resumed_at:.4g} s"
+        self.phase(begins)
+
+    def phase(self, name: str) -> None:
+        """Shows what the program is busy with, for example compiling kernels, which takes a while the first time."""
+        self._phase = name
+        if self._bar is None:
+            self._line(f"{name} ...")
+
+    def step(self, record: StepRecord) -> None:
+        """Moves on to the time of the record."""
+        history = record.history
+        text = self._describe(history)
+        if not self.stream.isatty():
+            now = time.monotonic()
+            if now >= self._next_line:
+                self._line(f"{history['time']:.4f} of {self.until:g} s: {text}")
+                self._next_line = now + LINE_INTERVAL
+            return
+        if self._bar is None:
+            form = "{percentage:3.0f}%|{bar}| {n:.4f}/{total:g} s [{elapsed}<{remaining}]{postfix}"
+            self._bar = tqdm(total=self.until, file=self.stream, bar_format=form, dynamic_ncols=True)
+        self._bar.set_postfix_str(text, refresh=False)
+        self._bar.update(min(history["time"], self.until) - self._bar.n)
+
+    def _describe(self, history: dict[str, float]) -> str:
+        # the balance is told relative to the largest energy so far, as in summary.json
+        energy = history["kinetic_energy"] + history["strain_energy"] + history["contact_energy"]
+        self._largest = max(self._largest, energy)
+        error = history["energy_error"] / self._largest if self._largest > 0.0 else 0.0
+        return f"step {history['step']:.1e} s, Newton {int(history['newton_iterations'])}, energy {error:+.1e}"
+
+    def frame(self, frame: Frame) -> None:
+        """Nothing to show."""
+
+    def checkpoint(self, arrays: dict[str, np.ndarray]) -> None:
+        """Nothing to show."""
+
+    def finish(self, summary: dict) -> None:
+        """Ends the bar."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+    def _line(self, text: str) -> None:
+        print(text, file=self.stream, flush=True)

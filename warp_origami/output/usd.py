@@ -1,0 +1,242 @@
+"""animation.usdc: the drawn sheet, its creases, its element corners and a camera that sees the whole motion."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+from warp_origami.model.submesh import Submesh
+from warp_origami.scene import Scene
+from warp_origami.solve.records import Frame
+
+from .colours import colour
+from .files import replacing
+
+STEPS_RATE = 1000.0
+"""Time codes per second where every accepted step is a frame: a time code is then a millisecond."""
+
+FIXED_RANGES = {"state": (0.0, 2.0)}
+"""Colour ranges of fields whose values are known beforehand; those of other fields follow the run."""
+
+PERCENTILES = (1.0, 99.0)
+"""Of the values in a frame: a few elements with extreme stress should not take all the colours."""
+
+VIEW_FROM = np.array([0.8, -1.6, 1.2])
+FIELD_OF_VIEW = 40.0  # degrees, vertical
+ASPECT = 16.0 / 9.0
+MARGIN = 1.15
+
+
+class Animation:
+    """The animation while it grows; `save` writes all frames so far.
+
+    The file has one `UsdGeomMesh` named sheet, `UsdGeomBasisCurves` named creases, `UsdGeomPoints` named nodes (corners
+    of the elements in the order of the mesh's vertices; purpose guide, so that viewers do not draw them) and a camera.
+    Fields are float primvars of the sheet; displayColor shows the first of them over a range that is the same in all
+    frames and is written into its customData.
+    """
+
+    def __init__(self, path: Path, scene: Scene, surface: Submesh, resumed_at: float | None):
+        """An empty animation; with `resumed_at` the frames of the file up to that time (s) are kept.
+
+        Raises:
+            OSError: the existing file cannot be read.
+        """
+        self.path = path
+        self.surface = surface
+        self.fields = scene.output.fields
+        self.rate = STEPS_RATE if scene.output.fps == "steps" else scene.output.fps
+        self._codes: list[float] = []
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)  # box of the whole motion
+        self._range = (np.inf, -np.inf)  # of the first field, over all frames
+        self._coloured: tuple[tuple[float, float], int] = (self._range, 0)  # range and number of frames already done
+        self._normals = _Normals(surface.triangles, len(surface.flat))
+        if resumed_at is not None and path.exists():
+            self._stage = Usd.Stage.Open(_opened(path, self._code(resumed_at)))
+            self._find_prims()
+            self._recall()
+        else:
+            self._stage = Usd.Stage.CreateInMemory("animation.usdc")
+            self._define_prims()
+
+    def add(self, frame: Frame) -> None:
+        """Adds a frame; times are increasing."""
+        code = self._code(frame.time)
+        points = frame.points.astype(np.float32)
+        self._sheet.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(points), code)
+        self._sheet.GetNormalsAttr().Set(Vt.Vec3fArray.FromNumpy(self._normals(frame.points)), code)
+        self._sheet.GetExtentAttr().Set(_extent(points), code)
+        nodes = frame.nodes.astype(np.float32)
+        self._nodes.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(nodes), code)
+        self._nodes.GetExtentAttr().Set(_extent(nodes, self._line_width / 2), code)
+        if self._creases:
+            along = points[self.surface.creases.ravel()]
+            self._creases.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(along), code)
+            self._creases.GetExtentAttr().Set(_extent(along, self._line_width / 2), code)
+        for name in self.fields:
+            values = np.asarray(frame.fields[name], dtype=np.float32)
+            UsdGeom.PrimvarsAPI(self._sheet).GetPrimvar(name).Set(Vt.FloatArray.FromNumpy(values), code)
+        self._take_account(code, points, frame.fields[self.fields[0]] if self.fields else None)
+
+    def save(self) -> None:
+        """Replaces the file by one with all frames so far; does nothing before the first frame.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        if not self._codes:
+            return
+        self._stage.SetStartTimeCode(self._codes[0])
+        self._stage.SetEndTimeCode(self._codes[-1])
+        self._place_camera()
+        if self.fields:
+            self._colour_frames()
+        with replacing(self.path) as temporary:
+            if not self._stage.GetRootLayer().Export(str(temporary)):
+                raise OSError(f"cannot write {self.path}")
+
+    def _code(self, time: float) -> float:
+        """Time code of a time; the k-th frame has time code k in spite of round-off."""
+        code = time * self.rate
+        return float(round(code)) if abs(code - round(code)) < 1e-6 else code
+
+    def _define_prims(self) -> None:
+        stage, surface = self._stage, self.surface
+        stage.SetTimeCodesPerSecond(self.rate)
+        stage.SetFramesPerSecond(self.rate)
+        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+
+        sheet = UsdGeom.Mesh.Define(stage, "/World/sheet")
+        sheet.CreateFaceVertexCountsAttr(Vt.IntArray(len(surface.triangles), 3))
+        sheet.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(surface.triangles.astype(np.int32).ravel()))
+        sheet.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+        sheet.CreateDoubleSidedAttr(True)
+        sheet.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+        primvars = UsdGeom.PrimvarsAPI(sheet)
+        st = primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex)
+        st.Set(Vt.Vec2fArray.FromNumpy(surface.flat.astype(np.float32)))
+        for name in self.fields:
+            primvars.CreatePrimvar(name, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.vertex)
+        if self.fields:
+            sheet.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex)
+        else:
+            sheet.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(0.6)])
+
+        nodes = UsdGeom.Points.Define(stage, "/World/nodes")
+        nodes.CreatePurposeAttr(UsdGeom.Tokens.guide)
+        nodes.CreateWidthsAttr([self._line_width])
+        nodes.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+        if len(surface.creases):
+            creases = UsdGeom.BasisCurves.Define(stage, "/World/creases")
+            creases.CreateTypeAttr(UsdGeom.Tokens.linear)
+            creases.CreateCurveVertexCountsAttr(Vt.IntArray(*surface.creases.shape))
+            creases.CreateWidthsAttr([self._line_width])
+            creases.SetWidthsInterpolation(UsdGeom.Tokens.constant)
+            creases.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(0.02)])
+        UsdGeom.Camera.Define(stage, "/World/camera")
+        self._find_prims()
+
+    def _find_prims(self) -> None:
+        self._sheet = UsdGeom.Mesh.Get(self._stage, "/World/sheet")
+        self._nodes = UsdGeom.Points.Get(self._stage, "/World/nodes")
+        self._creases = UsdGeom.BasisCurves.Get(self._stage, "/World/creases")
+        self._camera = UsdGeom.Camera.Get(self._stage, "/World/camera")
+
+    @property
+    def _line_width(self) -> float:
+        """Drawn width of creases, m."""
+        return 0.002 * float(np.linalg.norm(np.ptp(self.surface.flat, axis=0)))
+
+    def _recall(self) -> None:
+        """Takes account of the frames that an earlier part of the run has written."""
+        primvars = UsdGeom.PrimvarsAPI(self._sheet)
+        for code in self._sheet.GetPointsAttr().GetTimeSamples():
+            values = np.asarray(primvars.GetPrimvar(self.fields[0]).Get(code)) if self.fields else None
+            self._take_account(code, np.asarray(self._sheet.GetPointsAttr().Get(code)), values)
+
+    def _take_account(self, code: float, points: np.ndarray, values: np.ndarray | None) -> None:
+        self._codes.append(code)
+        self._low = np.minimum(self._low, points.min(axis=0))
+        self._high = np.maximum(self._high, points.max(axis=0))
+        if values is not None and np.isfinite(values).any():
+            low, high = np.percentile(values[np.isfinite(values)], PERCENTILES)
+            self._range = (min(self._range[0], float(low), 0.0), max(self._range[1], float(high)))
+
+    def _colour_frames(self) -> None:
+        """displayColor of the frames that do not have it over the present range."""
+        name = self.fields[0]
+        limits = FIXED_RANGES.get(name, self._range)
+        done = self._coloured[1] if self._coloured[0] == limits else 0
+        values = UsdGeom.PrimvarsAPI(self._sheet).GetPrimvar(name)
+        shown = self._sheet.GetDisplayColorPrimvar()
+        for code in self._codes[done:]:
+            shown.Set(Vt.Vec3fArray.FromNumpy(colour(np.asarray(values.Get(code)), *limits)), code)
+        shown.GetAttr().SetCustomData({"field": name, "low": limits[0], "high": limits[1]})
+        self._coloured = (limits, len(self._codes))
+
+    def _place_camera(self) -> None:
+        """Looks at the box of the whole motion from a distance at which all its corners are in the picture."""
+        centre = 0.5 * (self._low + self._high)
+        back = VIEW_FROM / np.linalg.norm(VIEW_FROM)
+        right = np.cross([0.0, 0.0, 1.0], back)
+        right /= np.linalg.norm(right)
+        up = np.cross(back, right)
+        signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
+        x, y, z = (signs * (self._high - self._low) @ np.stack([right, up, back], axis=1)).T
+        tangent = np.tan(np.radians(FIELD_OF_VIEW / 2))
+        distance = MARGIN * max((abs(x) / (tangent * ASPECT) + z).max(), (abs(y) / tangent + z).max())
+        radius = float(np.linalg.norm(self._high - self._low) / 2)
+
+        camera = Gf.Camera()
+        camera.SetPerspectiveFromAspectRatioAndFieldOfView(ASPECT, FIELD_OF_VIEW, Gf.Camera.FOVVertical)
+        frame = np.eye(4)
+        frame[:3, :3] = np.stack([right, up, back])
+        frame[3, :3] = centre + distance * back
+        camera.transform = Gf.Matrix4d(frame.tolist())
+        camera.focusDistance = float(distance)
+        camera.clippingRange = Gf.Range1f(0.01 * float(distance), 2.0 * float(distance + radius))
+        self._camera.SetFromCamera(camera, Usd.TimeCode.Default())
+
+
+class _Normals:
+    """Unit normals of the points: means of the triangles around them, weighted by area."""
+
+    def __init__(self, triangles: np.ndarray, count: int):
+        self.triangles = triangles
+        self.count = count
+        self.some_triangle = np.zeros(count, dtype=int)
+        self.some_triangle[triangles] = np.arange(len(triangles))[:, None]
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """(count, 3) float32."""
+        a, b, c = (points[self.triangles[:, k]] for k in range(3))
+        of_triangles = np.cross(b - a, c - a)
+        corners = self.triangles.ravel()
+        weights = np.repeat(of_triangles, 3, axis=0).T
+        normals = np.stack([np.bincount(corners, weights=w, minlength=self.count) for w in weights], axis=1)
+        length = np.linalg.norm(normals, axis=1)
+        # on a crease that is folded flat the two sides cancel: take one of them
+        cancelled = length < 1e-6 * np.linalg.norm(of_triangles[self.some_triangle], axis=1)
+        normals[cancelled] = of_triangles[self.some_triangle[cancelled]]
+        length = np.linalg.norm(normals, axis=1)
+        normals[length == 0.0] = (0.0, 0.0, 1.0)
+        return (normals / np.where(length == 0.0, 1.0, length)[:, None]).astype(np.float32)
+
+
+def _extent(points: np.ndarray, margin: float = 0.0) -> Vt.Vec3fArray:
+    return Vt.Vec3fArray.FromNumpy(np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin]))
+
+
+def _opened(path: Path, last: float) -> Sdf.Layer:
+    """A copy in memory of an animation without the samples after time code `last`."""
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    if layer is None:
+        raise OSError(f"cannot read {path}")
+    for prim in [prim for root in layer.rootPrims for prim in [root, *root.nameChildren]]:
+        for attribute in prim.attributes:
+            for code in layer.ListTimeSamplesForPath(attribute.path):
+                if code > last:
+                    layer.EraseTimeSample(attribute.path, code)
+    return layer
