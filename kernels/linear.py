@@ -20,7 +20,7 @@ class Parameters:
 
 
 def parameters(youngs_modulus: float, poisson_ratio: float, s1: float, s2: float) -> Parameters:
-    """Constants of the law on the host; Young's modulus in Pa; the stiffness ratios of the other law have no meaning here."""
+    """Constants of the law on the host; Young's modulus in Pa. The stiffness ratios have no meaning in this law."""
     p = Parameters()
     p.nu = poisson_ratio
     p.e_taut = youngs_modulus / (1.0 - poisson_ratio**2)

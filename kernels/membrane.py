@@ -1,15 +1,15 @@
 """Strain energy, its gradient and its tangent for one element, paper (16), (17), (20), (21).
 
-With r_x = sum_i q_i S_i,x and r_y likewise, E = ((r_x.r_x - 1) / 2, (r_y.r_y - 1) / 2, r_x.r_y), w the weights (volumes) of the
-quadrature points and (W, S, C) the law:
+With r_x = sum_i q_i S_i,x and r_y likewise, E = ((r_x.r_x - 1) / 2, (r_y.r_y - 1) / 2, r_x.r_y), w the volumes
+of the quadrature points and (W, S, C) the law:
 
     U_e   = sum w W(E)
     g_i   = sum w (S_i,x t_x + S_i,y t_y),   t_x = S11 r_x + S12 r_y,   t_y = S12 r_x + S22 r_y
     K_ij  = sum w (S_i,x S_j,x D_xx + S_i,x S_j,y D_xy + S_i,y S_j,x D_xy' + S_i,y S_j,y D_yy)
     D_ab  = P_a C P_b' + S_ab I,   P_x = [r_x, 0, r_y],   P_y = [0, r_y, r_x]
 
-so that a pair of shape functions costs 18 multiplications a point. The nine shape functions make 45 pairs i <= j, stored as
-3x3 blocks in the order (0,0), (0,1) .. (0,8), (1,1) ..; K_ji = K_ij'.
+so that a pair of shape functions costs 18 multiplications a point. The nine shape functions make 45 pairs i <= j, kept
+as 3x3 blocks in the order (0,0), (0,1) .. (0,8), (1,1) ..; K_ji = K_ij'.
 """
 
 from dataclasses import dataclass
@@ -155,7 +155,7 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
             tx = w * (s[0] * r.x + s[2] * r.y)
             ty = w * (s[2] * r.x + s[1] * r.y)
             stiffness = point_stiffness(r, s, c, w)
-            k = int(0)
+            k = wp.int32(0)
             for i in range(NODES):
                 d = shapes[e, p, i]
                 g[i] = g[i] + d[0] * tx + d[1] * ty
@@ -190,7 +190,7 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
             r.x += d[0] * node
             r.y += d[1] * node
         strain = green_strain(r)
-        density, s = law_stress(parameters, strain)
+        _, s = law_stress(parameters, strain)
         mean = real(0.5) * (s[0] + s[1])
         difference = real(0.5) * (s[0] - s[1])
         radius = wp.sqrt(difference * difference + s[2] * s[2])

@@ -6,7 +6,7 @@ With principal strains g1 >= g2, f1 = g2 + nu g1, f2 = g1 + s1 nu g2 and E Young
     wrinkled  f1 < 0, f2 > 0    2 W / E = s1 g2^2 + f2^2 / (1 - s1 nu^2)
     slack     f2 <= 0           2 W / E = s1 g2^2 + s2 f2^2 / (1 - s1 s2 nu^2)
 
-which are gamma^T Gamma gamma of (11)-(13) written as sums of squares: W is continuously differentiable over both switches.
+which are gamma' Gamma gamma of (11)-(13) as sums of squares: W is continuously differentiable over both switches.
 With c = (E11 - E22) / R, s = 2 E12 / R, R = g1 - g2, the stress and the tangent in (E11, E22, 2 E12) are
 
     S = (t1 + t2) / 2 [1, 1, 0] + kappa / 2 [E11 - E22, E22 - E11, 2 E12],   kappa = (t1 - t2) / R
@@ -30,7 +30,7 @@ _KINK = wp.constant(real(1e-10))  # smallest R relative to |g2| in the bounded k
 
 @wp.struct
 class Parameters:
-    """Material constants: Young's modulus (Pa), Poisson's ratio, the stiffness ratios and the factors of (11)-(13)."""
+    """Material constants: Poisson's ratio, the stiffness ratios and the factors of (11)-(13)."""
 
     nu: real
     s1: real

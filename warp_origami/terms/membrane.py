@@ -23,7 +23,7 @@ SLACK, WRINKLED, TAUT = srm.SLACK, srm.WRINKLED, srm.TAUT
 
 
 class Material(Protocol):
-    """What the membrane needs to know: Young's modulus (Pa), Poisson's ratio, thickness (m), law and stiffness ratios."""
+    """What the membrane needs to know: Young's modulus (Pa), Poisson's ratio, thickness (m), law, stiffness ratios."""
 
     youngs_modulus: float
     poisson_ratio: float
