@@ -1,0 +1,192 @@
+"""Prescribed motion: what supports hold and drivers move, as equations on the coordinates of single vertices."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_origami.errors import InputError
+
+from .coordinates import Coordinates
+from .mesh import Mesh
+from .profile import Profile
+from .selectors import Selection, held_directions
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Rigid motion or straight path that a driver prescribes; a support has none.
+
+    Attributes:
+        profile: factor f(t).
+        translate: (3,) m, reached at f = 1.
+        axis, centre, angle: rotation by f * angle (rad) about the unit vector `axis` through `centre`, before translation.
+        overstretch: with a number, every point goes straight to where the flat sheet has it, scaled by 1 + overstretch;
+            translate and rotation are then not used.
+    """
+
+    profile: Profile
+    translate: np.ndarray
+    axis: np.ndarray
+    centre: np.ndarray
+    angle: float
+    overstretch: float | None = None
+
+
+@dataclass(frozen=True)
+class Prescriber:
+    """A support (motion is None) or a driver.
+
+    Attributes:
+        name: as in the scene; None for one whose reactions nobody asked for.
+        key: where the scene has it, for messages.
+        selection: what it holds.
+        components: subset of (0, 1, 2) for x, y, z.
+        motion: of a driver.
+    """
+
+    name: str | None
+    key: str
+    selection: Selection
+    components: tuple[int, ...]
+    motion: Motion | None
+
+
+@dataclass(frozen=True)
+class PrescribedRows:
+    """Equations a . q = d(t), each on the coordinates of one vertex, alike in the components it covers.
+
+    Attributes:
+        vertices: (k,) vertex of each row.
+        prescribers: (k,) index of the prescriber of each row.
+        entries: k lists of (row of q, coefficient).
+        slopes: (k,) bool, whether the row prescribes a slope (else a position).
+        initial: (k, 3) a . q in the initial state.
+        deployed: (k, 3) a . q of the flat sheet.
+    """
+
+    vertices: np.ndarray
+    prescribers: np.ndarray
+    entries: list[list[tuple[int, float]]]
+    slopes: np.ndarray
+    initial: np.ndarray
+    deployed: np.ndarray
+
+
+def prescribed_rows(
+    mesh: Mesh, coordinates: Coordinates, prescribers: list[Prescriber], initial: np.ndarray, flat: np.ndarray
+) -> PrescribedRows:
+    """Rows of all prescribers, in their order: positions, then slopes along held edges or of the whole surface.
+
+    `initial` and `flat` are q (n, 3) of the initial state and of the flat sheet.
+
+    Raises:
+        InputError: a driver prescribes a component that a support or another driver prescribes at the same vertex.
+    """
+    _refuse_conflicts(mesh, prescribers)
+    vertices, owners, entries, slopes = [], [], [], []
+
+    def add(vertex, owner, entry, slope):
+        vertices.append(vertex)
+        owners.append(owner)
+        entries.append(entry)
+        slopes.append(slope)
+
+    for k, prescriber in enumerate(prescribers):
+        for v in prescriber.selection.vertices:
+            if coordinates.positions[v] >= 0:
+                add(int(v), k, [(int(coordinates.positions[v]), 1.0)], False)
+        if prescriber.selection.whole:
+            for v, g in zip(coordinates.sector_vertices, coordinates.sector_gradients, strict=True):
+                add(int(v), k, [(int(g), 1.0)], True)
+                add(int(v), k, [(int(g) + 1, 1.0)], True)
+        else:
+            for v, e, direction in held_directions(mesh, prescriber.selection):
+                corner = int(np.flatnonzero(mesh.triangles[e] == v)[0])
+                g = int(coordinates.elements[e, 3 * corner + 1])
+                add(int(v), k, [(g, float(direction[0])), (g + 1, float(direction[1]))], True)
+
+    def applied(q):
+        return np.array([sum(w * q[i] for i, w in entry) for entry in entries]).reshape(-1, 3)
+
+    return PrescribedRows(
+        np.array(vertices, dtype=int),
+        np.array(owners, dtype=int),
+        entries,
+        np.array(slopes, dtype=bool),
+        applied(initial),
+        applied(flat),
+    )
+
+
+def _refuse_conflicts(mesh: Mesh, prescribers: list[Prescriber]) -> None:
+    holder = np.full((len(mesh.vertices), 3), -1)
+    for k, prescriber in enumerate(prescribers):
+        for c in prescriber.components:
+            vertices = prescriber.selection.vertices
+            for v in vertices[holder[vertices, c] >= 0]:
+                other = prescribers[holder[v, c]]
+                if prescriber.motion is not None or other.motion is not None:
+                    x, y = mesh.vertices[v]
+                    raise InputError(
+                        prescriber.key,
+                        f"{'xyz'[c]} of the vertex at ({x:g}, {y:g}), which {other.key} prescribes too",
+                        "each component of a vertex prescribed by one driver only",
+                    )
+            free = vertices[holder[vertices, c] < 0]
+            holder[free, c] = k
+
+
+def prescribed_values(prescribers: list[Prescriber], rows: PrescribedRows, time: float) -> np.ndarray:
+    """(k, 3) right-hand sides d(t) of the rows."""
+    values = rows.initial.copy()
+    for k, prescriber in enumerate(prescribers):
+        motion = prescriber.motion
+        if motion is None:
+            continue
+        mine = rows.prescribers == k
+        start = rows.initial[mine]
+        factor = motion.profile(time)
+        if motion.overstretch is not None:
+            values[mine] = start + factor * ((1.0 + motion.overstretch) * rows.deployed[mine] - start)
+            continue
+        rotation = rotation_matrix(motion.axis, factor * motion.angle)
+        centre = np.where(rows.slopes[mine, None], 0.0, motion.centre)
+        shift = np.where(rows.slopes[mine, None], 0.0, factor * motion.translate)
+        values[mine] = centre + (start - centre) @ rotation.T + shift
+    return values
+
+
+def prescribed_derivatives(
+    prescribers: list[Prescriber], rows: PrescribedRows, time: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 3) first and second time derivatives of the right-hand sides."""
+    velocity = np.zeros_like(rows.initial)
+    acceleration = np.zeros_like(rows.initial)
+    for k, prescriber in enumerate(prescribers):
+        motion = prescriber.motion
+        if motion is None:
+            continue
+        mine = rows.prescribers == k
+        start = rows.initial[mine]
+        f, f1, f2 = (motion.profile(time, order) for order in range(3))
+        if motion.overstretch is not None:
+            path = (1.0 + motion.overstretch) * rows.deployed[mine] - start
+            velocity[mine], acceleration[mine] = f1 * path, f2 * path
+            continue
+        arm = (start - np.where(rows.slopes[mine, None], 0.0, motion.centre)) @ rotation_matrix(
+            motion.axis, f * motion.angle
+        ).T
+        spin = np.cross(np.broadcast_to(motion.axis, arm.shape), arm)
+        shift = np.where(rows.slopes[mine, None], 0.0, motion.translate)
+        velocity[mine] = f1 * (motion.angle * spin + shift)
+        acceleration[mine] = f2 * (motion.angle * spin + shift) + (f1 * motion.angle) ** 2 * np.cross(
+            np.broadcast_to(motion.axis, arm.shape), spin
+        )
+    return velocity, acceleration
+
+
+def rotation_matrix(axis: np.ndarray, angle: float) -> np.ndarray:
+    """(3, 3) rotation by `angle` (rad) about the unit vector `axis` (Rodrigues)."""
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew

@@ -1,0 +1,79 @@
+"""The incremental potential of one time step and its Newton directions.
+
+    Phi(q) = 1/2 b |q - q_b|_M^2 + 1/2 alpha g |q - q_g|_M^2 + U(q) + U_contact(q) - f . q + 1/2 beta g |q - q_g|_K0^2
+
+whose gradient is the force balance (57) at the end of the step, with q'' = b (q - q_b) and v = g (q - q_g). The matrix
+K_0 of stiffness damping (55) is the tangent at the start of the step.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_origami.system import Evaluation, System
+
+from .constraint_form import ConstraintForm, NewtonFactor
+from .generalized_alpha import StepForm
+from .result import Failure
+
+SHIFTS = (0.0, 3.0, 30.0, 300.0)
+"""Multiples of the inertia that are added until an indefinite system can be factorized."""
+
+
+@dataclass
+class StepPotential:
+    """Phi of one step; q is (3n,) here.
+
+    Attributes:
+        system, constraint_form, form: what is solved.
+        body_force: (3n,) f at the end of the step.
+        damping_force: K_0 as a function, None without stiffness damping.
+        factor: of the last linearization.
+        evaluation: of the last gradient.
+    """
+
+    system: System
+    constraint_form: ConstraintForm
+    form: StepForm
+    body_force: np.ndarray
+    damping_matrix: object = None
+    factor: NewtonFactor | None = None
+    evaluation: Evaluation | None = None
+
+    def gradient(self, q: np.ndarray) -> np.ndarray:
+        self.evaluation = self.system.evaluate(q.reshape(-1, 3))
+        return self._balance(q, self.evaluation.gradient)
+
+    def linearize(self, q: np.ndarray):
+        linearization = self.system.linearize(q.reshape(-1, 3))
+        material = self.system.scene.material
+        inertia = self.form.b + material.mass_damping * self.form.g
+        damping = material.stiffness_damping * self.form.g
+        for shift in SHIFTS:
+            self.factor = self.constraint_form.factorize(linearization, (1.0 + shift) * inertia, damping)
+            if self.factor is not None:
+                return self._balance(q, linearization.gradient), self.factor.direction
+        return Failure("the Newton matrix is not positive definite", "smaller steps, or more mass_damping")
+
+    def size(self, step: np.ndarray) -> float:
+        """Largest displacement that a row of q causes, m."""
+        return float(np.max(self.system.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
+
+    def filtered(self, error: np.ndarray) -> np.ndarray:
+        """J^-1 b M error: the local error without what the stiffness of the sheet would take back at once.
+
+        The undamped in-plane ringing of a taut sheet is in `error` but hardly in this; slow motion passes unchanged.
+        """
+        inertia = self.form.b + self.system.scene.material.mass_damping * self.form.g
+        return self.factor.direction(-inertia * (self.system.mass @ error).ravel()).reshape(error.shape)
+
+    def _balance(self, q: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        form, material = self.form, self.system.scene.material
+        x = q.reshape(-1, 3)
+        inertia = form.b * (x - form.q_b)
+        if material.mass_damping:
+            inertia = inertia + material.mass_damping * form.g * (x - form.q_g)
+        balance = (self.system.mass @ inertia + gradient).ravel() - self.body_force
+        if self.damping_matrix is not None:
+            balance += material.stiffness_damping * form.g * (self.damping_matrix @ (x - form.q_g).ravel())
+        return balance

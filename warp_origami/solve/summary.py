@@ -1,0 +1,74 @@
+"""The numbers of a run: counters on the way, summary at the end."""
+
+import resource
+import sys
+from dataclasses import dataclass, replace
+
+from warp_origami.system import System
+
+from .energy import EnergyBalance
+
+
+@dataclass(frozen=True)
+class Counters:
+    """What a run has done so far; `max_penetration` in m."""
+
+    steps_accepted: int = 0
+    steps_rejected: int = 0
+    newton_iterations: int = 0
+    linear_solves: int = 0
+    max_penetration: float = 0.0
+
+    def tried(self, outcome) -> "Counters":
+        """After a tried step: one solve per iteration and one for the error estimate."""
+        return replace(
+            self,
+            newton_iterations=self.newton_iterations + outcome.iterations,
+            linear_solves=self.linear_solves + outcome.iterations + (outcome.kinematics is not None),
+        )
+
+    def rejected(self) -> "Counters":
+        """After a rejected step."""
+        return replace(self, steps_rejected=self.steps_rejected + 1)
+
+    def accepted(self, penetration: float) -> "Counters":
+        """After an accepted step with this largest penetration (m)."""
+        return replace(
+            self,
+            steps_accepted=self.steps_accepted + 1,
+            max_penetration=max(self.max_penetration, penetration),
+        )
+
+
+def summarize(system: System, stepper, balance: EnergyBalance, counters: Counters, status: str) -> dict:
+    """Content of summary.json."""
+    constraints = system.constraints
+    return {
+        "status": status,
+        "scene": system.scene.name,
+        "device": system.device,
+        "precision": "float64",
+        "elements": len(system.mesh.triangles),
+        "dofs": constraints.null_space.shape[1],
+        "constraints": len(constraints.sources),
+        "constraint_form": stepper.constraint_form.name,
+        "linear_solver": stepper.constraint_form.solver.name,
+        "terms": system.terms,
+        "kernel_modules": system.kernel_modules,
+        "steps_accepted": counters.steps_accepted,
+        "steps_rejected": counters.steps_rejected,
+        "newton_iterations": counters.newton_iterations,
+        "linear_solves": counters.linear_solves,
+        "wall_seconds": system.clock.total(),
+        "phases": dict(system.clock.seconds),
+        "peak_memory_bytes": peak_memory(),
+        "max_penetration": counters.max_penetration,
+        "energy_gain": balance.gain,
+        "energy_loss": balance.loss,
+    }
+
+
+def peak_memory() -> int:
+    """Largest resident memory of this process so far, bytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak

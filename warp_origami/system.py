@@ -1,0 +1,276 @@
+"""The equations of motion (57): the terms that a scene needs, its constraints and its initial state.
+
+    M q'' + alpha M q' + beta K q' + grad U(q) + grad U_contact(q) - f(t) = -C^T lambda,   C q = d(t)
+
+The only place where a scene's tables become terms; what a scene does not ask for is not built, compiled or launched.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from scipy.sparse import csr_matrix
+
+from .clock import PhaseClock
+from .errors import InputError
+from .model.constraints import build_constraints
+from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
+from .model.generators import build_pattern
+from .model.mesh import Mesh
+from .model.prescribed import Motion, Prescriber, prescribed_rows
+from .model.profile import Profile
+from .model.selectors import select
+from .scene import Scene
+from .terms.contact import Contact
+from .terms.inertia import mass_matrix
+from .terms.membrane import Membrane
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Energies and their gradient at one q.
+
+    Attributes:
+        strain_energy, contact_energy: J.
+        gradient: (n, 3) of their sum; N in rows of positions, N m in rows of gradients.
+    """
+
+    strain_energy: float
+    contact_energy: float
+    gradient: np.ndarray
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """Gradient and the parts of the tangent, before constraints.
+
+    Attributes:
+        gradient: (n, 3) as in Evaluation.
+        blocks: (ne, 45) Warp array of 3x3 element tangents of the membrane, overwritten by the next linearization.
+        contact_rows: (active, 3n) gap gradients, None without contact.
+        contact_weights: (active,) stiffness of each, N/m.
+    """
+
+    gradient: np.ndarray
+    blocks: wp.array
+    contact_rows: csr_matrix | None
+    contact_weights: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """Force that does not depend on the motion: value (n, 3) times profile(t)."""
+
+    value: np.ndarray
+    profile: Profile
+
+
+class System:
+    """Everything that does not change during a run, and the evaluation of forces at a given q.
+
+    Attributes:
+        scene, pattern, mesh, coordinates, constraints: what is modelled.
+        mass: (n, n) scalar mass matrix, alike in x, y, z.
+        q0, v0: (n, 3) initial state, consistent with the constraints.
+        body_forces: gravity.
+        row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size of
+            the elements for gradients, m.
+        membrane, contact: terms; contact is None for a scene without it.
+        clock: wall time by phase.
+    """
+
+    def __init__(self, scene: Scene, device: str, clock: PhaseClock):
+        """Raises InputError for a scene that cannot be modelled."""
+        self.scene, self.device, self.clock = scene, device, clock
+        with clock.phase("setup"):
+            self.pattern = build_pattern(
+                scene.pattern.kind, scene.pattern.parameters(), scene.directory, scene.pattern.refine
+            )
+            self.mesh = self.pattern.mesh
+            self.coordinates = number_coordinates(self.mesh)
+            flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
+            self.q0 = self._initial_coordinates(flat)
+            prescribers = _prescribers(scene, self.mesh)
+            rows = prescribed_rows(self.mesh, self.coordinates, prescribers, self.q0, flat)
+            self.constraints = build_constraints(self.mesh, self.coordinates, prescribers, rows)
+            self.row_lengths = _row_lengths(self.mesh, self.coordinates)
+        with clock.phase("compile"):
+            material = scene.material
+            self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
+            self.membrane = Membrane(self.mesh, self.coordinates, material, device=device)
+            self.contact = self._contact(scene, device) if scene.contact is not None else None
+        with clock.phase("setup"):
+            self.v0 = self._initial_velocity()
+            self.body_forces = self._body_forces()
+
+    def evaluate(self, q: np.ndarray) -> Evaluation:
+        """Energies and gradient at q (n, 3)."""
+        with self.clock.phase("assembly"):
+            energy, gradient = self.membrane.gradient(q)
+        if self.contact is None:
+            return Evaluation(energy, 0.0, gradient)
+        with self.clock.phase("contact"):
+            contact_energy, contact_gradient = self.contact.gradient(q)
+        return Evaluation(energy, contact_energy, gradient + contact_gradient)
+
+    def linearize(self, q: np.ndarray) -> Linearization:
+        """Gradient and tangent at q (n, 3)."""
+        with self.clock.phase("assembly"):
+            _, gradient = self.membrane.linearize(q)
+            blocks = self.membrane.blocks
+        if self.contact is None:
+            return Linearization(gradient, blocks, None, None)
+        with self.clock.phase("contact"):
+            _, contact_gradient, rows, weights = self.contact.tangent(q)
+        return Linearization(gradient + contact_gradient, blocks, rows, weights)
+
+    def accept(self, q: np.ndarray) -> None:
+        """Tells the terms with memory (sides of contact pairs) that q is an accepted state."""
+        if self.contact is not None:
+            with self.clock.phase("contact"):
+                self.contact.accept(q)
+
+    def body_force(self, time: float) -> np.ndarray:
+        """(n, 3) sum of the forces that do not depend on the motion."""
+        total = np.zeros_like(self.q0)
+        for force in self.body_forces:
+            total += force.profile(time) * force.value
+        return total
+
+    def kinetic_energy(self, v: np.ndarray) -> float:
+        """J."""
+        return 0.5 * float(np.sum(v * (self.mass @ v)))
+
+    @property
+    def terms(self) -> list[str]:
+        """Names of what is modelled."""
+        material = self.scene.material
+        names = [self.membrane.name, "inertia"]
+        names += ["mass damping"] if material.mass_damping > 0.0 else []
+        names += ["stiffness damping"] if material.stiffness_damping > 0.0 else []
+        names += [self.contact.name] if self.contact is not None else []
+        names += [load.kind.replace("_", " ") for load in self.scene.load]
+        names += ["fold lines"] if np.any(self.constraints.sources < 0) else []
+        names += ["supports"] if self.scene.support else []
+        names += ["drivers"] if self.scene.driver else []
+        return names
+
+    @property
+    def kernel_modules(self) -> list[str]:
+        """Warp modules that the scene compiles."""
+        own = list(self.membrane.kernel_modules)
+        return own + (list(self.contact.kernel_modules) if self.contact is not None else [])
+
+    def _initial_coordinates(self, flat: np.ndarray) -> np.ndarray:
+        initial = self.scene.pattern.initial
+        stowed = self.pattern.stowed
+        if initial is None:
+            initial = "flat" if stowed is None else "stowed"
+        if initial == "stowed":
+            if stowed is None:
+                raise InputError("pattern.initial", '"stowed"', 'a pattern with a stowed state, or "flat"')
+            return affine_coordinates(self.mesh, self.coordinates, stowed)
+        if initial == "flat":
+            return flat
+        return affine_coordinates(
+            self.mesh, self.coordinates, _lifted(self.mesh.vertices * np.asarray(initial.stretch))
+        )
+
+    def _contact(self, scene: Scene, device: str) -> Contact:
+        contact = Contact(
+            self.mesh,
+            self.coordinates,
+            scene.contact,
+            self.q0,
+            thickness=scene.contact.thickness or scene.material.thickness,
+            pattern=self.pattern,
+            device=device,
+        )
+        if len(contact.coincident_layers):
+            f, g = contact.coincident_layers[0]
+            raise InputError(
+                "pattern.initial",
+                f"stowed layers that coincide, such as faces {f} and {g}",
+                "layers slightly apart, or faceOrders that say which lies above",
+            )
+        return contact
+
+    def _initial_velocity(self) -> np.ndarray:
+        v = np.zeros_like(self.q0)
+        for k, load in enumerate(self.scene.load):
+            if load.kind == "initial_velocity":
+                vertices = select(load.at, self.mesh, f"load[{k}].at").vertices
+                v[self.coordinates.positions[vertices]] += np.asarray(load.value)
+        velocity, _ = self.constraints.derivatives(0.0)
+        c = self.constraints
+        free = c.null_space @ (c.left_inverse @ (v.ravel() - c.right_inverse @ velocity))
+        return (free + c.right_inverse @ velocity).reshape(v.shape)
+
+    def _body_forces(self) -> list[BodyForce]:
+        translation = np.zeros(self.coordinates.count)
+        translation[self.coordinates.positions[self.coordinates.positions >= 0]] = 1.0
+        weight = self.mass @ translation
+        return [
+            BodyForce(np.outer(weight, load.acceleration), load.profile.factor())
+            for load in self.scene.load
+            if load.kind == "gravity"
+        ]
+
+
+def describe(scene: Scene) -> list[tuple[str, str]]:
+    """What `check` prints: sizes and what will be modelled, without running."""
+    system = System(scene, "cpu", PhaseClock())
+    constraints = system.constraints
+    folds = int(np.sum(constraints.sources < 0))
+    lines = [
+        ("scene", scene.name),
+        ("elements", str(len(system.mesh.triangles))),
+        ("faces", str(int(system.mesh.faces.max()) + 1)),
+        ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
+        (
+            "constraints",
+            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant ones dropped; "
+            f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
+        ),
+        ("terms", ", ".join(system.terms)),
+        ("kernel modules", ", ".join(system.kernel_modules)),
+    ]
+    if system.contact is not None:
+        lines += system.contact.summary()
+    return lines
+
+
+def _lifted(points: np.ndarray) -> np.ndarray:
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _row_lengths(mesh: Mesh, coordinates: Coordinates) -> np.ndarray:
+    side = np.sqrt(mesh.areas.mean())
+    lengths = np.full(coordinates.count, 4.0 / 27.0 * side)  # the cubic Hermite function of a slope peaks at 4/27
+    lengths[coordinates.positions[coordinates.positions >= 0]] = 1.0
+    return lengths
+
+
+def _prescribers(scene: Scene, mesh: Mesh) -> list[Prescriber]:
+    prescribers = []
+    for kind, entries in (("support", scene.support), ("driver", scene.driver)):
+        for k, entry in enumerate(entries):
+            key = f"{kind}[{k}]"
+            components = tuple("xyz".index(c) for c in (entry.fix if kind == "support" else entry.axes))
+            selection = select(entry.at, mesh, f"{key}.at")
+            motion = _motion(entry) if kind == "driver" else None
+            prescribers.append(Prescriber(entry.name, key, selection, components, motion))
+    return prescribers
+
+
+def _motion(driver) -> Motion:
+    rotate = driver.rotate
+    axis = np.array([0.0, 0.0, 1.0]) if rotate is None else np.asarray(rotate.axis) / np.linalg.norm(rotate.axis)
+    return Motion(
+        profile=driver.profile.factor(),
+        translate=np.zeros(3) if driver.translate is None else np.asarray(driver.translate, dtype=float),
+        axis=axis,
+        centre=np.zeros(3) if rotate is None else np.asarray(rotate.centre, dtype=float),
+        angle=0.0 if rotate is None else rotate.angle,
+        overstretch=driver.overstretch if driver.translate_to is not None else None,
+    )
