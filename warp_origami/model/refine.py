@@ -1,0 +1,126 @@
+"""Every triangle split into n^2 similar ones.
+
+Points of the lattice of a triangle have the weights (n - i - j, i, j) / n at its corners. Points on an edge belong to
+both triangles; a vertex of the given mesh keeps its index.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from .connectivity import edge_keys, list_edges
+from .mesh import BOUNDARY, Mesh, assemble_mesh
+from .pattern import Pattern
+
+
+def refine_pattern(pattern: Pattern, n: int) -> Pattern:
+    """Pattern with every triangle split into n^2; stowed positions are interpolated linearly on each triangle."""
+    if n == 1:
+        return pattern
+    stowed = None if pattern.stowed is None else interpolation(pattern.mesh, n) @ pattern.stowed
+    return replace(
+        pattern, mesh=refine(pattern.mesh, n), stowed=stowed, pattern_faces=np.repeat(pattern.pattern_faces, n * n)
+    )
+
+
+def refine(mesh: Mesh, n: int) -> Mesh:
+    """Mesh with every triangle split into n^2: those of triangle e are e n^2 ... (e + 1) n^2 - 1.
+
+    Edges and vertices on an edge of `mesh` inherit its kind; edges inside a triangle are smooth.
+
+    Raises:
+        ValueError: n < 1.
+    """
+    if n < 1:
+        raise ValueError(f"refinement {n}, wants at least 1")
+    if n == 1:
+        return mesh
+    lattice = _lattice_vertices(mesh, n)
+    cells = _cells(n)
+    triangles = lattice[:, cells].reshape(-1, 3)
+    weights = interpolation(mesh, n)
+    added = weights.shape[0] - len(mesh.vertices)
+
+    edges, edge_triangles = list_edges(triangles, weights.shape[0])
+    letters = np.full(len(edges), "F", dtype="<U1")
+    chains = _edge_chains(mesh, n)
+    keys = edge_keys(*edges.T, weights.shape[0])
+    at = np.searchsorted(keys, edge_keys(chains[:, :-1].ravel(), chains[:, 1:].ravel(), weights.shape[0]))
+    letters[at] = np.repeat(mesh.edge_assignments, n)
+
+    parents = np.full((weights.shape[0], 2), -1)
+    parents[: len(mesh.vertices)] = mesh.boundary_parents
+    rim = mesh.edge_kinds == BOUNDARY
+    parents[chains[rim, 1:-1]] = _pattern_edge(mesh, mesh.edges[rim])[:, None, :]
+    return assemble_mesh(
+        weights @ mesh.vertices,
+        triangles,
+        edges,
+        edge_triangles,
+        letters,
+        np.concatenate([mesh.sources, np.full(added, -1)]),
+        parents,
+    )
+
+
+def interpolation(mesh: Mesh, n: int) -> csr_matrix:
+    """(nv of the refined mesh, nv) weights of the given vertices in each vertex of `refine(mesh, n)`."""
+    nv, nd, ne = len(mesh.vertices), len(mesh.edges), len(mesh.triangles)
+    t = np.arange(1, n) / n
+    inner = np.array([(n - i - j, i, j) for i, j in _points(n) if i and j and i + j < n]).reshape(-1, 3) / n
+    columns = np.concatenate(
+        [np.arange(nv), np.repeat(mesh.edges, n - 1, axis=0).ravel(), np.repeat(mesh.triangles, len(inner), 0).ravel()]
+    )
+    values = np.concatenate(
+        [np.ones(nv), np.tile(np.stack([1 - t, t], axis=1).ravel(), nd), np.tile(inner.ravel(), ne)]
+    )
+    lengths = np.repeat([1, 2, 3], [nv, nd * (n - 1), ne * len(inner)])
+    starts = np.concatenate([[0], np.cumsum(lengths)])
+    return csr_matrix((values, columns, starts), shape=(len(lengths), nv))
+
+
+def _points(n: int) -> list[tuple[int, int]]:
+    return [(i, j) for j in range(n + 1) for i in range(n + 1 - j)]
+
+
+def _cells(n: int) -> np.ndarray:
+    """(n^2, 3) lattice points of the small triangles, counter-clockwise."""
+    index = {point: k for k, point in enumerate(_points(n))}
+    up = [(index[i, j], index[i + 1, j], index[i, j + 1]) for i, j in _points(n - 1)]
+    down = [(index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]) for i, j in _points(n - 2)]
+    return np.array(up + down)
+
+
+def _edge_chains(mesh: Mesh, n: int) -> np.ndarray:
+    """(nd, n + 1) refined vertices along each edge, from its first end to its second."""
+    inside = len(mesh.vertices) + np.arange(len(mesh.edges) * (n - 1)).reshape(-1, n - 1)
+    return np.concatenate([mesh.edges[:, :1], inside, mesh.edges[:, 1:]], axis=1)
+
+
+def _lattice_vertices(mesh: Mesh, n: int) -> np.ndarray:
+    """(ne, points) refined vertex at each lattice point of each triangle."""
+    points = _points(n)
+    index = {point: k for k, point in enumerate(points)}
+    chains = _edge_chains(mesh, n)
+    ne = len(mesh.triangles)
+    lattice = np.empty((ne, len(points)), dtype=np.int64)
+    sides = (
+        [index[s, 0] for s in range(n + 1)],
+        [index[n - s, s] for s in range(n + 1)],
+        [index[0, n - s] for s in range(n + 1)],
+    )
+    for k, side in enumerate(sides):
+        row = mesh.element_edges[:, k]
+        forward = mesh.edge_triangles[row, 0] == np.arange(ne)
+        lattice[:, side] = np.where(forward[:, None], chains[row], chains[row, ::-1])
+    inner = [index[i, j] for i, j in points if i and j and i + j < n]
+    first = len(mesh.vertices) + len(mesh.edges) * (n - 1)
+    lattice[:, inner] = first + np.arange(ne * len(inner)).reshape(ne, -1)
+    return lattice
+
+
+def _pattern_edge(mesh: Mesh, edges: np.ndarray) -> np.ndarray:
+    """Ends of the edges of the unrefined pattern that boundary edges of a (possibly refined) mesh are parts of."""
+    a, b = (mesh.boundary_parents[edges[:, k]] for k in (0, 1))
+    return np.where(a[:, :1] >= 0, a, np.where(b[:, :1] >= 0, b, edges))
