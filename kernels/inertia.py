@@ -33,4 +33,4 @@ def element_mass(
         factor = surface_density * area * weights[p]
         for i in range(9):
             for j in range(9):
-                mass[e, i, j] = mass[e, i, j] + factor * s[i] * s[j]
+                mass[e, i, j] = mass[e, i, j] + factor * (s[i] * s[j])
