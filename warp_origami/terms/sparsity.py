@@ -70,6 +70,8 @@ class ReducedSparsity:
 
         A Warp array is read where it is, on this device. On the CPU the result is a view that the next call overwrites.
         """
+        if self._count == 0:
+            return self._values.read()
         flat = self._flatten(blocks)
         if self._bound != flat.ptr:
             self._launch = wp.launch(
