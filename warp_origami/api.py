@@ -37,19 +37,19 @@ class Run:
 
 def simulate(
     scene: Scene,
-    device: str | None = "cpu",
+    device: str = "cpu",
     until: float | None = None,
     observers: Sequence[Observer] = (),
-    threads: int | None = None,
+    threads: int = 1,
 ) -> Run:
     """Simulates a scene and keeps everything in memory.
 
     Args:
         scene: from load_scene or made with Scene(...).
-        device: "cpu", "cuda:0", ...; None for what is faster for the size of the scene.
+        device: "cpu" or "cuda:0".
         until: end earlier than the scene does, s.
         observers: told in addition about every step and frame, for example output.run_directory.RunDirectory(path).
-        threads: of kernels and linear algebra on the CPU; None leaves the choice to the program.
+        threads: of the linear algebra on the CPU.
 
     Raises:
         InputError: the scene cannot be run.
@@ -57,9 +57,9 @@ def simulate(
     """
     memory = Memory()
     everyone = Observers([memory, *observers])
-    ended = run(scene, device=device, until=until, observer=everyone, resume=None, threads=threads)
-    result = Run(memory.history, memory.probes, memory.reactions, memory.frames, memory.surface, ended.summary)
-    if ended.summary["status"] == "failed":
-        parts = [ended.summary.get(key) for key in ("message", "advice")]
+    summary = run(scene, device=device, until=until, observer=everyone, resume=None, threads=threads)
+    result = Run(memory.history, memory.probes, memory.reactions, memory.frames, memory.surface, summary)
+    if summary["status"] == "failed":
+        parts = [summary.get(key) for key in ("message", "advice")]
         raise NumericalFailure(". ".join(part for part in parts if part) or "the numerics failed", result)
     return result

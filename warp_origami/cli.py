@@ -3,13 +3,16 @@
 Warp and USD are imported inside the commands that need them, so that `--help` and `list` answer at once.
 """
 
-import signal
+import math
 import sys
+import time
 from pathlib import Path
 
 import click
+import psutil
 
 from .errors import InputError
+from .scenes import bundled_scenes
 
 WRONG_INPUT, FAILED, INTERRUPTED = 2, 3, 130
 EXIT_CODES = {"done": 0, "failed": FAILED, "interrupted": INTERRUPTED}
@@ -55,8 +58,6 @@ def main() -> None:
 @main.command("list")
 def list_scenes() -> None:
     """List the bundled scenes, one line each."""
-    from .scene.files import bundled_scenes
-
     scenes = bundled_scenes()
     width = max(map(len, scenes), default=0)
     for name, (_, line) in scenes.items():
@@ -110,8 +111,11 @@ def run(
     read = load_scene(scene, overrides)
     folder = Path("runs") / read.name if out is None else out
     _check_folder(folder)
+    if until is not None and not math.isfinite(until):
+        raise InputError("--until", until, "a time in s")
     end = read.analysis.duration if until is None else min(until, read.analysis.duration)
     _quiet_warp()
+    from .clock import PhaseClock
     from .output.observers import Observers
     from .output.progress import Progress
     from .output.run_directory import RunDirectory, is_finished, read_run
@@ -122,13 +126,22 @@ def run(
         if not quiet:
             click.echo(f"{folder} is finished: nothing to do", err=True)
         return
-    # a termination request (batch systems, shutdown) ends the run as Ctrl-C does: kept and resumable
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     watchers = [RunDirectory(folder)] if quiet else [RunDirectory(folder), Progress(end)]
-    result = simulate(
-        read, device=device, until=until, observer=Observers(watchers), resume=checkpoint, threads=threads
+    options = {"device": device, "threads": threads}
+    summary = simulate(
+        read,
+        observer=Observers(watchers),
+        until=end,
+        resume=checkpoint,
+        clock=PhaseClock(_process_start()),
+        **{name: value for name, value in options.items() if value is not None},
     )
-    sys.exit(_report(result.summary, folder, quiet))
+    sys.exit(_report(summary, folder, quiet))
+
+
+def _process_start() -> float:
+    """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
+    return time.perf_counter() - (time.time() - psutil.Process().create_time())
 
 
 def _report(summary: dict, folder: Path, quiet: bool) -> int:

@@ -12,7 +12,7 @@ from warp_origami.model.submesh import Submesh
 from warp_origami.scene import Scene, load_scene
 from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS, Frame, StepRecord
 
-from .checkpoint import read_checkpoint, pattern_identity, write_checkpoint
+from .checkpoint import pattern_identity, read_checkpoint, write_checkpoint
 from .files import CsvFile, last_time, write_text
 from .usd import Animation
 

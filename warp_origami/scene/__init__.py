@@ -1,6 +1,6 @@
 """What a user asks for, validated: the scene file and its tables."""
 
 from .document import Scene
-from .files import bundled_scenes, load_scene
+from .files import load_scene
 
-__all__ = ["Scene", "bundled_scenes", "load_scene"]
+__all__ = ["Scene", "load_scene"]

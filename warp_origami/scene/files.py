@@ -3,11 +3,11 @@
 import re
 import tomllib
 from collections.abc import Iterable
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from warp_origami.errors import InputError
+from warp_origami.scenes import bundled_scenes
 
 from .document import Scene
 
@@ -34,17 +34,6 @@ def load_scene(name_or_path: str | Path, overrides: Iterable[str] = ()) -> Scene
         _apply(values, override)
     _resolve_pattern_file(values, path.parent)
     return Scene(**values)
-
-
-def bundled_scenes() -> dict[str, tuple[Path, str]]:
-    """Name -> path and first comment line of every bundled scene, sorted by name."""
-    folder = Path(str(resources.files("warp_origami.scenes")))
-    scenes = {}
-    for path in sorted(folder.rglob("*.toml")):
-        name = path.relative_to(folder).with_suffix("").as_posix()
-        lines = path.read_text(encoding="utf-8").splitlines()
-        scenes[name] = (path, next((line.lstrip("# ") for line in lines if line.startswith("#")), ""))
-    return scenes
 
 
 def _find(name_or_path: str | Path) -> Path:

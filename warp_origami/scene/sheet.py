@@ -1,12 +1,15 @@
 """What the sheet is: its pattern and its material."""
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from .base import AsTuple, Count, NotNegative, Number, Positive, Table, fault
+from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAULT_INSET
+
+from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
 
 REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
 INITIAL_WANTS = '"flat", "stowed" or { stretch = [a, b] }'
@@ -18,6 +21,7 @@ class Stretch(Table):
     stretch: Annotated[tuple[Positive, Positive], AsTuple] = Field(description="two factors > 0, along x and y")
 
 
+GridLines = Annotated[tuple[Count, ...], AsTuple]
 Initial = Literal["flat", "stowed"] | Stretch
 
 
@@ -34,20 +38,51 @@ class LeafIn(PatternTable):
 
     kind: Literal["leaf_in"] = Field(description='"leaf_in"')
     side: Positive = Field(default=0.6, description="a number > 0: side of the square, m")
+    inset: NotNegative | None = Field(
+        default=None, description="a number >= 0, m: how far ring middles 1 and 2 lie inside their squares"
+    )
+    corner_distance: Positive | None = Field(
+        default=None, description="a number > 0, m: distance of the stowed corners from the axis"
+    )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
 
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.inset is None:
+            object.__setattr__(self, "inset", DEFAULT_INSET * self.side)
+        if self.corner_distance is None:
+            object.__setattr__(self, "corner_distance", DEFAULT_CORNER_DISTANCE * self.side)
+        return self
+
 
 class Sheet(PatternTable):
-    """A rectangle of nx by ny cells of two triangles each."""
+    """A rectangle of nx by ny cells of two triangles each, plain or folded like a fan."""
 
     kind: Literal["sheet"] = Field(description='"sheet"')
     width: Positive = Field(default=1.0, description="a number > 0: extent along x, m")
     height: Positive = Field(default=1.0, description="a number > 0: extent along y, m")
-    nx: Count = Field(default=4, description="an integer >= 1: cells along x")
-    ny: Count = Field(default=4, description="an integer >= 1: cells along y")
+    nx: Count = Field(default=1, description="an integer >= 1: cells along x")
+    ny: Count = Field(default=1, description="an integer >= 1: cells along y")
+    origin: Vector2 = Field(default=(0.0, 0.0), description="[x, y], m: the corner with the least x and y")
+    diagonal: Literal["right", "alternate"] = Field(default="right", description='"right" or "alternate"')
+    creases_x: GridLines = Field(default=(), description="a list of grid lines x = i width / nx, 0 < i < nx")
+    creases_y: GridLines = Field(default=(), description="a list of grid lines y = j height / ny, 0 < j < ny")
+    opening: Annotated[Positive, Field(le=math.pi)] | None = Field(
+        default=None, description="a number > 0 and <= pi, rad: angle between neighbouring panels when stowed"
+    )
     refine: Count = Field(default=1, description=REFINE_WANTS)
-    initial: Initial = Field(default="flat", description=INITIAL_WANTS)
+    initial: Initial | None = Field(default=None, description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.initial is None:
+            object.__setattr__(self, "initial", "flat" if self.opening is None else "stowed")
+        if self.initial == "stowed" and self.opening is None:
+            raise fault(
+                "initial", '"stowed"', '"flat" or { stretch = [a, b] }, or an opening that says how it is stowed'
+            )
+        return self
 
 
 class Fold(PatternTable):
