@@ -62,6 +62,16 @@ class Submesh:
         return 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
 
 
+def default_divisions(elements: int) -> int:
+    """Divisions for contact and drawing: about 800 sub-triangles or more, 4 divisions at most, 1 beyond 5000 elements.
+
+    Contact points must lie closer together than what they are to keep apart; on a fine mesh the elements themselves do
+    that. Two divisions stay up to 5000 elements because one plane facet per cubic element is coarse where it bends.
+    """
+    wanted = int(np.ceil(np.sqrt(800.0 / elements)))
+    return int(np.clip(wanted, 1 if elements > 5000 else 2, 4))
+
+
 def _lattice(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Integer area coordinates (m, 3) of the lattice, its triangles (k^2, 3), the number (k + 1, k + 1) of a point.
 

@@ -1,0 +1,330 @@
+"""Penalty contact of the sheet with itself and with other sheets, paper (23)-(46).
+
+    U_c = sum_sts 1/2 (eps_s / 2) w_I A_I g^2 + sum_nts 1/2 eps_n g^2        over pairs (slave point, layer) with g < 0
+
+Conventions. A layer is a face (elements connected without a crease); every slave point has one gap to every layer. Each
+of two touching surfaces is slave to the other, so each pass carries half of eps_s and together they are pressed apart
+by eps_s |g| per area (two equal free sheets of areal mass m that meet flat separate after pi sqrt(m / (2 eps_s))). A
+node carries the whole eps_n.
+
+Masters are plane sub-triangles between points of the cubic surface, P = S_c q; slave points lie on the cubic surface
+itself. The distance to the projection (28), (29) on the cubic surface shrinks with the square of the subdivision.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from warp_origami.errors import InputError
+from warp_origami.kernels import broadphase
+from warp_origami.kernels.penalty import UNKNOWN
+from warp_origami.kernels.precision import vec3
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
+
+from ..buffers import Buffer
+from .narrow import NarrowPhase, SlaveKernels
+from .points import build_points
+from .search import LayerPairs, Search
+from .sides import ordered_sides, pattern_normals, sides_at
+from .summary import ContactSummary, summarize
+from .thickness import CREASE_RATIO, build_thickness
+
+METHODS = ("mixed", "sts", "nts")
+REBUILD_FRACTION = 0.45
+"""Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
+
+
+class ContactSettings(Protocol):
+    """What contact needs to know: method (mixed, sts, nts), stiffnesses (N/m^3 and N/m) and thickness (m)."""
+
+    method: str
+    sts_stiffness: float
+    nts_stiffness: float
+    thickness: float
+
+
+@dataclass(frozen=True)
+class ContactStatistics:
+    """Contacts of the last evaluated state: pairs with a negative gap and the deepest penetration, m."""
+
+    contacts_sts: int
+    contacts_nts: int
+    max_penetration: float
+
+
+class Contact:
+    """Contact energy of the sheet as a function of q (n, 3); equal q after equal accepted states gives equal bits.
+
+    Args:
+        mesh: flat sheet.
+        coordinates: numbering of q.
+        settings: method, stiffnesses, thickness.
+        initial_q: (n, 3) state of the start, free of contact force by construction.
+        face_orders: (k, 3) FOLD faceOrders, for layers that coincide in the start.
+        pattern_faces: (ne,) pattern face of each element, needed with face_orders.
+        device: of Warp.
+        divisions: sub-triangles along an element's side; None: default_divisions.
+        sts_degree: of the quadrature rule on each sub-triangle; None: 2 (three points) from four divisions on, else 4.
+
+    Attributes:
+        name: for summaries.
+        kernel_modules: Warp modules compiled for it.
+        submesh: the sub-triangles that touch each other.
+        coincident_layers: (k, 2) pairs of faces that coincide in the start, share no vertex and have no face order:
+            which lies above is not known, contact between them cannot be right.
+
+    Raises:
+        InputError: unknown method.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        coordinates: Coordinates,
+        settings: ContactSettings,
+        initial_q: np.ndarray,
+        face_orders: np.ndarray | None = None,
+        pattern_faces: np.ndarray | None = None,
+        device: str = "cpu",
+        divisions: int | None = None,
+        sts_degree: int | None = None,
+    ) -> None:
+        if settings.method not in METHODS:
+            raise InputError("contact.method", settings.method, " or ".join(METHODS))
+        k = divisions or default_divisions(len(mesh.triangles))
+        self._mesh, self._device = mesh, device
+        self._thickness = float(settings.thickness)
+        self.submesh: Submesh = build_submesh(mesh, k)
+        self._points = build_points(
+            mesh, coordinates, self.submesh, settings.method, sts_degree or (2 if k >= 4 else 4)
+        )
+        self._interpolation = self._points.interpolation
+        self._spread = csr_matrix(self._interpolation.T)
+        self._kernels = SlaveKernels(
+            settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
+        )
+        self.name = f"contact ({settings.method})"
+        self.kernel_modules = (broadphase.count_candidates.module.name, *self._kernels.modules)
+
+        # the margin balances searching anew against long lists of candidates; the reach is how deep an iterate may pass
+        # through a layer and still be pushed back to where it came from
+        self._margin = max(4.0 * self._thickness, 0.06 * float(np.sqrt(2.0 * mesh.areas.mean())))
+        self._reach = self._thickness + 0.5 * self._margin
+        self._touching = 1e-9 * mesh.size
+        self._search = Search(self._points, self.submesh, self._thickness / CREASE_RATIO, device)
+        self._nodes = Buffer(self._points.node_count, vec3, device)
+        self._slaves = Buffer(self._points.slave_count, vec3, device)
+        self._surface = self._search.surface(self._nodes.array)
+
+        start = self._interpolation @ initial_q
+        self._table = build_thickness(self._search, self._points, start, self._thickness)
+        self._built_at: np.ndarray | None = None
+        self._accepted_positions = start
+        self._accepted_keys = np.zeros(0, dtype=np.int64)
+        self._accepted_sides = np.zeros(0, dtype=np.int32)
+        self._accepted_q = np.array(initial_q)
+        self._active = np.zeros(0, dtype=int)
+        self._narrow: NarrowPhase | None = None
+        self.coincident_layers = self._start(start, face_orders, pattern_faces)
+
+    def accept(self, q: np.ndarray) -> None:
+        """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
+        self._evaluate(q)
+        self._accepted_q = np.array(q)
+        self._accepted_positions = self._positions
+        self._take_sides()
+
+    def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
+        self._evaluate(q)
+        if not len(self._active):
+            return 0.0, np.zeros_like(q)
+        rows, coefficients, normals, gaps, forces = self._contacts()
+        return self._gradient(rows, coefficients, normals, gaps, forces)
+
+    def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
+        """Energy, gradient, G (active, 3 n) and weights (active,): the main part (38), (45) is G^T diag(weights) G.
+
+        Row i of G is the gradient of gap i with respect to q.ravel(); weights are the stiffnesses, N/m.
+        """
+        self._evaluate(q)
+        if not len(self._active):
+            return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
+        rows, coefficients, normals, gaps, forces = self._contacts()
+        energy, gradient = self._gradient(rows, coefficients, normals, gaps, forces)
+        count = len(rows)
+        gather = csr_matrix(
+            (coefficients.ravel(), rows.ravel(), np.arange(0, 4 * count + 1, 4)), shape=(count, len(self._positions))
+        )
+        scalar = gather @ self._interpolation
+        along = np.repeat(normals, np.diff(scalar.indptr), axis=0)
+        matrix = csr_matrix(
+            (
+                (scalar.data[:, None] * along).ravel(),
+                (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
+                3 * scalar.indptr,
+            ),
+            shape=(count, q.size),
+        )
+        return energy, gradient, matrix, self._kernels.stiffness_of(self._narrow.pairs.points[self._active])
+
+    def statistics(self) -> ContactStatistics:
+        """Contacts of the last evaluated state."""
+        if not len(self._active):
+            return ContactStatistics(0, 0, 0.0)
+        sts = int(np.searchsorted(self._active, self._narrow.sts_pairs))
+        return ContactStatistics(sts, len(self._active) - sts, float(-self._narrow.gaps.read()[self._active].min()))
+
+    def summary(self) -> ContactSummary:
+        """What will be modelled, for `check`."""
+        return summarize(self._mesh, self.submesh, self._points, self._table, self._search, self._narrow)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
+        return {"q": self._accepted_q, "pairs": self._accepted_keys, "sides": self._accepted_sides}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Takes the accepted state from `state`."""
+        self._accepted_q = np.array(state["q"])
+        self._accepted_positions = self._interpolation @ self._accepted_q
+        self._accepted_keys = np.array(state["pairs"])
+        self._accepted_sides = np.array(state["sides"])
+        self._built_at = None
+        self._evaluate(self._accepted_q)
+
+    def _start(
+        self, positions: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None
+    ) -> np.ndarray:
+        """Sides in the start state; returns the layers whose order is unknown."""
+        self._place(positions)
+        self._rebuild()
+        self._launch()
+        state = self._narrow
+        at = np.flatnonzero(np.abs(state.distances.read()) <= self._touching)
+        if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
+            masters = self.submesh.triangle_elements[state.triangles.read()[at]]
+            corners = positions[self.submesh.triangles]
+            normals = pattern_normals(corners, pattern_faces[self.submesh.triangle_elements])
+            sides = state.sides.read().copy()
+            sides[at] = ordered_sides(
+                self._points, state.pairs.points[at], masters, pattern_faces, face_orders, normals
+            )
+            state.sides.write(sides)
+        self._take_sides()
+        self._launch()
+        unknown = at[state.sides.read()[at] == 0]
+        return _unordered(self._mesh, self._points, state.pairs, unknown)
+
+    def _take_sides(self) -> None:
+        """Sides at the accepted state, which has just been evaluated."""
+        if self._narrow is None:
+            self._accepted_keys = np.zeros(0, dtype=np.int64)
+            self._accepted_sides = np.zeros(0, dtype=np.int32)
+            return
+        before = self._narrow.sides.read()
+        sides = sides_at(self._narrow, before, self._thickness, self._reach, self._touching)
+        known = sides != UNKNOWN
+        self._accepted_keys = self._narrow.pairs.keys[known]
+        self._accepted_sides = sides[known]
+        self._narrow.sides.write(sides)
+
+    def _evaluate(self, q: np.ndarray) -> None:
+        """Gaps of all pairs at q."""
+        self._place(self._interpolation @ q)
+        if self._built_at is None or self._moved() > REBUILD_FRACTION * self._margin:
+            self._rebuild()
+        if self._narrow is None:
+            return
+        self._launch()
+        distances = np.abs(self._narrow.distances.read())
+        unknown = np.flatnonzero((self._narrow.sides.read() == UNKNOWN) & (distances <= self._reach))
+        if len(unknown):
+            self._look_up_sides(unknown)
+            self._launch()
+
+    def _place(self, positions: np.ndarray) -> None:
+        """Brings the points to `positions`."""
+        self._positions = positions
+        self._nodes.write(positions[: self._points.node_count])
+        self._slaves.write(positions[self._points.node_count :])
+
+    def _moved(self) -> float:
+        """How far any point has moved since the last search, m."""
+        step = self._positions - self._built_at
+        return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
+
+    def _launch(self) -> None:
+        self._narrow.launch()
+        self._active = np.flatnonzero(self._narrow.gaps.read() < 0.0)
+
+    def _rebuild(self) -> None:
+        """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
+        self._built_at = self._positions
+        pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
+        self._active = np.zeros(0, dtype=int)
+        self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
+
+    def _known_sides(self, keys: np.ndarray) -> np.ndarray:
+        """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
+        sides = np.full(len(keys), UNKNOWN, dtype=np.int32)
+        if len(self._accepted_keys):
+            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
+            known = self._accepted_keys[place] == keys
+            sides[known] = self._accepted_sides[place[known]]
+        return sides
+
+    def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
+        return NarrowPhase(
+            pairs,
+            self._table.of(pairs.keys),
+            sides,
+            self._slaves.array,
+            self._surface,
+            self._kernels,
+            self._reach if reach is None else reach,
+            self._device,
+        )
+
+    def _look_up_sides(self, where: np.ndarray) -> None:
+        """Sides of pairs that have come near since the last accepted state: from that state, over whole layers."""
+        here = self._positions
+        self._place(self._accepted_positions)
+        keys = self._narrow.pairs.keys[where]
+        state = self._narrow_phase(
+            self._search.whole_layers(keys), np.full(len(keys), UNKNOWN, dtype=np.int32), reach=np.inf
+        )
+        state.launch()
+        sides = self._narrow.sides.read().copy()
+        sides[where] = sides_at(state, state.sides.read(), self._thickness, np.inf, self._touching)
+        self._narrow.sides.write(sides)
+        self._place(here)
+
+    def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of the active pairs: rows of their four points (m, 4), coefficients, dg/dx (m, 3), gaps (m) and dU/dg (N)."""
+        state, active = self._narrow, self._active
+        slaves = self._points.node_count + state.pairs.points[active]
+        masters = self.submesh.triangles[state.triangles.read()[active]]
+        rows = np.concatenate([slaves[:, None], masters], axis=1)
+        coefficients = np.concatenate([np.ones((len(active), 1)), -state.weights.read()[active]], axis=1)
+        return rows, coefficients, state.normals.read()[active], state.gaps.read()[active], state.forces.read()[active]
+
+    def _gradient(
+        self, rows: np.ndarray, coefficients: np.ndarray, normals: np.ndarray, gaps: np.ndarray, forces: np.ndarray
+    ) -> tuple[float, np.ndarray]:
+        along = forces[:, None] * normals
+        values = coefficients[:, :, None] * along[:, None, :]
+        places = 3 * rows[:, :, None] + np.arange(3)
+        total = np.bincount(places.ravel(), weights=values.ravel(), minlength=self._positions.size)
+        return float(0.5 * (forces @ gaps)), self._spread @ total.reshape(-1, 3)
+
+
+def _unordered(mesh: Mesh, points, pairs: LayerPairs, where: np.ndarray) -> np.ndarray:
+    """Pairs of faces (k, 2) that coincide without an order, faces that share a vertex left out."""
+    own = points.owners[points.owner_starts[pairs.points[where]]]
+    found = np.unique(np.sort(np.stack([own, pairs.layers[where]], axis=1), axis=1), axis=0)
+    vertices = [set(mesh.triangles[mesh.faces == f].ravel().tolist()) for f in range(mesh.faces.max() + 1)]
+    return np.array([(a, b) for a, b in found.tolist() if not vertices[a] & vertices[b]], dtype=int).reshape(-1, 2)

@@ -1,0 +1,123 @@
+"""Points of the sheet that contact looks at: nodes of the sub-mesh and slave points, all linear in q."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix, vstack
+from scipy.sparse.csgraph import connected_components
+
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh
+
+from ..quadrature import rule
+from ..shapes import tabulate
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """Nodes (masters) and slave points; a slave is an integration point (the first sts_count) or a node.
+
+    Attributes:
+        node_count: nodes of the sub-mesh.
+        sts_count: integration points among the slaves.
+        interpolation: (node_count + slaves, n) matrix: positions of nodes, then slaves, are this times q.
+        flat: (node_count + slaves, 2) flat positions, m.
+        areas: (sts_count,) reference area that each integration point stands for, m^2.
+        slave_nodes: (slaves - sts_count,) node of each slave that is a node.
+        owner_starts, owners: faces that slave i belongs to are owners[owner_starts[i] : owner_starts[i + 1]].
+        owner_elements: an element of that face at the slave, aligned with owners.
+        sheets: (nf,) sheet (connected part of the mesh) of each face.
+    """
+
+    node_count: int
+    sts_count: int
+    interpolation: csr_matrix
+    flat: np.ndarray
+    areas: np.ndarray
+    slave_nodes: np.ndarray
+    owner_starts: np.ndarray
+    owners: np.ndarray
+    owner_elements: np.ndarray
+    sheets: np.ndarray
+
+    @property
+    def slave_count(self) -> int:
+        """Integration points and nodes that are slaves."""
+        return self.interpolation.shape[0] - self.node_count
+
+
+def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method: str, degree: int) -> ContactPoints:
+    """Slave points of `method` (mixed, sts, nts) with the quadrature rule of `degree` on every sub-triangle."""
+    nodes = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)
+    blocks, flats = [nodes], [submesh.flat]
+    areas = np.zeros(0)
+    owner_starts, owners, owner_elements = [np.zeros(1, dtype=int)], [], []
+    if method in ("sts", "mixed"):
+        rule_areas, rule_weights = rule(degree)
+        elements = np.repeat(submesh.triangle_elements, len(rule_areas))
+        flat = np.einsum("ik,tkd->tid", rule_areas, submesh.flat[submesh.triangles]).reshape(-1, 2)
+        blocks.append(tabulate(mesh, elements, _area_coordinates(mesh, elements, flat)).interpolation(coordinates))
+        flats.append(flat)
+        areas = (submesh.triangle_areas[:, None] * rule_weights).ravel()
+        owners.append(mesh.faces[elements])
+        owner_elements.append(elements)
+        owner_starts.append(np.arange(1, len(flat) + 1))
+    slave_nodes = np.zeros(0, dtype=int)
+    if method in ("nts", "mixed"):
+        slave_nodes = np.flatnonzero((submesh.on_edges > 0) | (submesh.mesh_vertices >= 0))
+        blocks.append(nodes[slave_nodes])
+        flats.append(submesh.flat[slave_nodes])
+        starts, faces, elements = _faces_of_nodes(submesh, slave_nodes)
+        owner_starts.append(starts[1:] + len(areas))
+        owners.append(faces)
+        owner_elements.append(elements)
+    return ContactPoints(
+        node_count=len(submesh.flat),
+        sts_count=len(areas),
+        interpolation=csr_matrix(vstack(blocks)),
+        flat=np.concatenate(flats),
+        areas=areas,
+        slave_nodes=slave_nodes,
+        owner_starts=np.concatenate(owner_starts).astype(np.int32),
+        owners=np.concatenate(owners).astype(np.int32),
+        owner_elements=np.concatenate(owner_elements).astype(np.int32),
+        sheets=_sheets(mesh),
+    )
+
+
+def _area_coordinates(mesh: Mesh, elements: np.ndarray, flat: np.ndarray) -> np.ndarray:
+    """Area coordinates (n, 3) of flat points in given elements."""
+    a, b, c = (mesh.vertices[mesh.triangles[elements, k]] for k in range(3))
+
+    def cross(u, v):
+        return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+    areas = np.stack([cross(b - flat, c - flat), cross(c - flat, a - flat), cross(a - flat, b - flat)], axis=1)
+    return areas / areas.sum(axis=1, keepdims=True)
+
+
+def _faces_of_nodes(submesh: Submesh, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compressed rows of the faces around each of `nodes`, and an element of each face there."""
+    position = np.full(len(submesh.flat), -1)
+    position[nodes] = np.arange(len(nodes))
+    slave = position[submesh.triangles].ravel()
+    here = slave >= 0
+    rows = np.stack([slave, np.repeat(submesh.triangle_faces, 3), np.repeat(submesh.triangle_elements, 3)], axis=1)[
+        here
+    ]
+    _, first = np.unique(rows[:, 0] * (submesh.triangle_faces.max() + 1) + rows[:, 1], return_index=True)
+    rows = rows[first]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows[:, 0], minlength=len(nodes)))])
+    return starts, rows[:, 1], rows[:, 2]
+
+
+def _sheets(mesh: Mesh) -> np.ndarray:
+    """Connected part of the mesh that each face belongs to."""
+    ne, nv = len(mesh.triangles), len(mesh.vertices)
+    rows = np.repeat(np.arange(ne), 3)
+    graph = coo_matrix((np.ones(3 * ne), (rows, ne + mesh.triangles.ravel())), shape=(ne + nv, ne + nv))
+    labels = connected_components(graph, directed=False)[1][:ne]
+    sheets = np.zeros(mesh.faces.max() + 1, dtype=int)
+    sheets[mesh.faces] = labels
+    return sheets

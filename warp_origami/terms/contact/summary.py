@@ -1,0 +1,90 @@
+"""What contact will model, in numbers, before anything moves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh
+
+from .narrow import NarrowPhase
+from .points import ContactPoints
+from .search import Search
+from .thickness import ThicknessTable
+
+
+@dataclass(frozen=True)
+class ContactSummary:
+    """Sizes of the contact problem and what the crease rule changes.
+
+    Attributes:
+        divisions: sub-triangles along an element's side.
+        sub_triangles: masters.
+        sts_points, nts_points: slave points.
+        layers: faces.
+        pairs: pairs of a point and a layer near each other in the start.
+        left_out: pairs without thickness: points on a layer that they are not part of (lips of a cut), or layers that
+            coincide in the start.
+        weakened_by_crease: further pairs whose thickness is limited by the distance to the layer in the flat sheet.
+        weakened_by_start: further pairs whose thickness is limited by their distance in the start.
+        crease_neighbours: (k, 2) pairs of faces that share a crease.
+        vertex_neighbours: (k, 2) pairs of faces that share a vertex but no crease.
+    """
+
+    divisions: int
+    sub_triangles: int
+    sts_points: int
+    nts_points: int
+    layers: int
+    pairs: int
+    left_out: int
+    weakened_by_crease: int
+    weakened_by_start: int
+    crease_neighbours: np.ndarray
+    vertex_neighbours: np.ndarray
+
+
+def summarize(
+    mesh: Mesh,
+    submesh: Submesh,
+    points: ContactPoints,
+    table: ThicknessTable,
+    search: Search,
+    state: NarrowPhase | None,
+) -> ContactSummary:
+    """Counts what `Contact` has set up."""
+    none = table.values <= 1e-9 * mesh.size
+    weak = ~none & (table.values < table.thickness)
+    by_crease = _sorted_pairs(mesh.faces[mesh.edge_triangles[mesh.edge_triangles.min(axis=1) >= 0]])
+    return ContactSummary(
+        divisions=submesh.divisions,
+        sub_triangles=len(submesh.triangles),
+        sts_points=points.sts_count,
+        nts_points=len(points.slave_nodes),
+        layers=search.layer_count,
+        pairs=0 if state is None else len(state.pairs.keys),
+        left_out=int(none.sum()),
+        weakened_by_crease=int((weak & table.by_crease).sum()),
+        weakened_by_start=int((weak & ~table.by_crease).sum()),
+        crease_neighbours=by_crease,
+        vertex_neighbours=_vertex_neighbours(mesh, by_crease),
+    )
+
+
+def _sorted_pairs(pairs: np.ndarray) -> np.ndarray:
+    """Each pair of different faces once."""
+    return np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+
+
+def _vertex_neighbours(mesh: Mesh, by_crease: np.ndarray) -> np.ndarray:
+    """Pairs of faces that share a vertex and are not in `by_crease`."""
+    around = np.unique(np.stack([mesh.triangles.ravel(), np.repeat(mesh.faces, 3)], axis=1), axis=0)
+    starts = np.flatnonzero(np.diff(around[:, 0], prepend=-1))
+    rows = [
+        (a, b)
+        for group in np.split(around[:, 1], starts[1:])
+        for i, a in enumerate(group.tolist())
+        for b in group[i + 1 :].tolist()
+    ]
+    known = set(map(tuple, by_crease.tolist()))
+    return np.array(sorted(set(rows) - known), dtype=int).reshape(-1, 2)

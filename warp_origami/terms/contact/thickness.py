@@ -1,0 +1,67 @@
+"""Effective thickness of a pair of point and layer: min(thickness, c s, d0).
+
+s is the distance of the point from the layer in the flat sheet (infinite between separate sheets): at a crease, points
+nearer to it than the thickness always lie "inside" the neighbour, so there only c s counts. d0 is their distance in the
+stowed state, so that the start is free of contact force whatever the layer distance. Both belong to the pair alone, not
+to the motion: the contact force stays the gradient of an energy.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .points import ContactPoints
+from .search import Search
+
+CREASE_RATIO = 0.05
+"""c: must lie below the smallest (distance / s) of the stowed state, or the crease rule alone would load it."""
+
+BELOW_START = 1.0 - 1e-9
+"""The stowed distance counts this much, so that round-off cannot load the start."""
+
+
+@dataclass(frozen=True)
+class ThicknessTable:
+    """Pairs whose effective thickness is below the contact thickness; all others have the latter.
+
+    Attributes:
+        thickness: contact thickness, m.
+        keys: (n,) sorted names of the pairs.
+        values: (n,) effective thickness, m.
+        by_crease: (n,) bool, limited by the crease rule (else by the start).
+    """
+
+    thickness: float
+    keys: np.ndarray
+    values: np.ndarray
+    by_crease: np.ndarray
+
+    def of(self, keys: np.ndarray) -> np.ndarray:
+        """Effective thickness of pairs, m."""
+        result = np.full(len(keys), self.thickness)
+        if len(self.keys):
+            place = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
+            known = self.keys[place] == keys
+            result[known] = self.values[place[known]]
+        return result
+
+
+def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, thickness: float) -> ThicknessTable:
+    """Effective thickness with the points of the start (nodes, then slaves; (n, 3), m)."""
+    flat = np.pad(points.flat, ((0, 0), (0, 1)))
+    keys, limits = [], []
+    for positions, radius, factor in ((flat, thickness / CREASE_RATIO, CREASE_RATIO), (start, thickness, BELOW_START)):
+        nodes, slaves = positions[: points.node_count], positions[points.node_count :]
+        pairs = search.within(search.upload(slaves), search.upload(nodes), radius)
+        name, limit = pairs.keys, factor * pairs.distances
+        if positions is flat:
+            same_sheet = points.sheets[pairs.layers] == points.sheets[points.owners[points.owner_starts[pairs.points]]]
+            name, limit = name[same_sheet], limit[same_sheet]
+        keys.append(name)
+        limits.append(limit)
+    name, inverse = np.unique(np.concatenate(keys), return_inverse=True)
+    table = np.full((2, len(name)), np.inf)
+    for row, places in enumerate(np.split(inverse, [len(keys[0])])):
+        table[row, places] = limits[row]
+    values = np.minimum(table.min(axis=0), thickness)
+    return ThicknessTable(thickness, name, values, table[0] <= table[1])
