@@ -44,6 +44,26 @@ class PointStiffness:
 
 
 @wp.func
+def element_nodes(q: wp.array(dtype=vec3), elements: wp.array2d(dtype=wp.int32), e: int):
+    """Nodal coordinates (6) of an element, one a row."""
+    nodes = mat93()
+    for i in range(NODES):
+        nodes[i] = q[elements[e, i]]
+    return nodes
+
+
+@wp.func
+def surface_gradient(shapes: wp.array3d(dtype=vec2), e: int, p: int, nodes: mat93):
+    """r_x and r_y at point p of an element."""
+    r = SurfaceGradient()
+    for i in range(NODES):
+        d = shapes[e, p, i]
+        r.x += d[0] * nodes[i]
+        r.y += d[1] * nodes[i]
+    return r
+
+
+@wp.func
 def green_strain(r: SurfaceGradient):
     """Green-Lagrange strain (16)."""
     half = real(0.5)
@@ -66,32 +86,15 @@ def point_stiffness(r: SurfaceGradient, s: vec3, c: mat33, w: real):
     return d
 
 
-@dataclass(frozen=True)
-class MembraneKernels:
-    """Kernels of one law, in a Warp module of their own: only the law of the scene is compiled."""
-
-    module: str
-    gradient: wp.Kernel
-    tangent: wp.Kernel
-    sample: wp.Kernel
-
-
-@cache
-def membrane_kernels(law: ModuleType) -> MembraneKernels:
-    """Kernels for a law: a module with NAME, Parameters and the functions stress, tangent and state."""
-    module = wp.get_module(f"{__name__}_{law.NAME}")
-    module.options["max_unroll"] = 0
-    Parameters = law.Parameters
-    law_stress = law.stress
-    law_tangent = law.tangent
-    law_state = law.state
+def _gradient_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
+    Parameters, law_stress = law.Parameters, law.stress
 
     @wp.kernel(enable_backward=False, module=module)
     def membrane_gradient(
         q: wp.array(dtype=vec3),
         elements: wp.array2d(dtype=wp.int32),
         shapes: wp.array3d(dtype=vec2),
-        weights: wp.array2d(dtype=real),
+        volumes: wp.array2d(dtype=real),
         parameters: Parameters,
         # out
         energy: wp.array(dtype=real),
@@ -99,19 +102,13 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
     ):
         """Energy and its gradient, one thread per element."""
         e = wp.tid()
-        nodes = mat93()
-        for i in range(NODES):
-            nodes[i] = q[elements[e, i]]
+        nodes = element_nodes(q, elements, e)
         g = mat93()
         total = real(0.0)
-        for p in range(weights.shape[1]):
-            r = SurfaceGradient()
-            for i in range(NODES):
-                d = shapes[e, p, i]
-                r.x += d[0] * nodes[i]
-                r.y += d[1] * nodes[i]
+        for p in range(volumes.shape[1]):
+            r = surface_gradient(shapes, e, p, nodes)
             density, s = law_stress(parameters, green_strain(r))
-            w = weights[e, p]
+            w = volumes[e, p]
             total += w * density
             tx = w * (s[0] * r.x + s[2] * r.y)
             ty = w * (s[2] * r.x + s[1] * r.y)
@@ -122,12 +119,18 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
             gradient[e, i] = g[i]
         energy[e] = total
 
+    return membrane_gradient
+
+
+def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
+    Parameters, law_tangent = law.Parameters, law.tangent
+
     @wp.kernel(enable_backward=False, module=module)
     def membrane_tangent(
         q: wp.array(dtype=vec3),
         elements: wp.array2d(dtype=wp.int32),
         shapes: wp.array3d(dtype=vec2),
-        weights: wp.array2d(dtype=real),
+        volumes: wp.array2d(dtype=real),
         parameters: Parameters,
         # out
         energy: wp.array(dtype=real),
@@ -136,21 +139,15 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
     ):
         """Energy, its gradient and its tangent, one thread per element."""
         e = wp.tid()
-        nodes = mat93()
-        for i in range(NODES):
-            nodes[i] = q[elements[e, i]]
+        nodes = element_nodes(q, elements, e)
         for k in range(PAIRS):
             blocks[e, k] = mat33()
         g = mat93()
         total = real(0.0)
-        for p in range(weights.shape[1]):
-            r = SurfaceGradient()
-            for i in range(NODES):
-                d = shapes[e, p, i]
-                r.x += d[0] * nodes[i]
-                r.y += d[1] * nodes[i]
+        for p in range(volumes.shape[1]):
+            r = surface_gradient(shapes, e, p, nodes)
             density, s, c = law_tangent(parameters, green_strain(r))
-            w = weights[e, p]
+            w = volumes[e, p]
             total += w * density
             tx = w * (s[0] * r.x + s[2] * r.y)
             ty = w * (s[2] * r.x + s[1] * r.y)
@@ -169,6 +166,12 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
             gradient[e, i] = g[i]
         energy[e] = total
 
+    return membrane_tangent
+
+
+def _sample_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
+    Parameters, law_stress, law_state = law.Parameters, law.stress, law.state
+
     @wp.kernel(enable_backward=False, module=module)
     def membrane_sample(
         q: wp.array(dtype=vec3),
@@ -180,7 +183,7 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
         principal_stress: wp.array(dtype=vec2),
         states: wp.array(dtype=wp.int32),
     ):
-        """Principal second Piola-Kirchhoff stresses and the state, one thread per point of the element `points`."""
+        """Principal second Piola-Kirchhoff stresses and the state, one thread per point; points[k] is its element."""
         k = wp.tid()
         e = points[k]
         r = SurfaceGradient()
@@ -197,4 +200,27 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
         principal_stress[k] = vec2(mean + radius, mean - radius)
         states[k] = law_state(parameters, strain)
 
-    return MembraneKernels(module.name, membrane_gradient, membrane_tangent, membrane_sample)
+    return membrane_sample
+
+
+@dataclass(frozen=True)
+class MembraneKernels:
+    """Kernels of one law and the name of their Warp module."""
+
+    module: str
+    gradient: wp.Kernel
+    tangent: wp.Kernel
+    sample: wp.Kernel
+
+
+@cache
+def membrane_kernels(law: ModuleType) -> MembraneKernels:
+    """Kernels for a law: a module with NAME, Parameters and the functions stress, tangent and state.
+
+    They live in a Warp module of their own, so that only the law of the scene is compiled.
+    """
+    module = wp.get_module(f"{__name__}_{law.NAME}")
+    module.options["max_unroll"] = 0  # unrolled by Warp the nine-by-nine loops compile four times as long
+    return MembraneKernels(
+        module.name, _gradient_kernel(law, module), _tangent_kernel(law, module), _sample_kernel(law, module)
+    )
