@@ -28,8 +28,8 @@ class Mesh:
         faces: (ne,) int32 face of each element: a face is a connected set of elements without a crease between them.
         sources: (nv,) int32 index of the vertex in the pattern as given (its file or generator). A cut duplicates
             vertices: copies have the same source. -1 for vertices added by refinement.
-        boundary_parents: (nv, 2) int32, for a vertex that refinement added on a boundary edge the two mesh vertices that
-            are the ends of that edge of the pattern; -1 elsewhere.
+        boundary_parents: (nv, 2) int32, for a vertex that refinement added on a boundary edge the two mesh vertices
+            that are the ends of that edge of the pattern; -1 elsewhere.
     """
 
     vertices: np.ndarray

@@ -15,7 +15,8 @@ class Pattern:
         mesh: the flat sheet.
         stowed: (nv, 3) folded positions of the mesh's vertices, m; None where the pattern has no stowed state.
         pattern_faces: (ne,) face of the pattern as given (FOLD `faces_vertices`) that each element lies in.
-        face_orders: (k, 3) int rows (f, g, s) of FOLD `faceOrders`: face f lies on the side s (+1, -1) of face g's normal.
+        face_orders: (k, 3) int rows (f, g, s) of FOLD `faceOrders`: face f lies on the side s (+1, -1) of face g's
+            normal, where g is counter-clockwise.
     """
 
     mesh: Mesh

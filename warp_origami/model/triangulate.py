@@ -18,13 +18,13 @@ def triangulate(polygon: np.ndarray) -> np.ndarray | None:
         polygon: (n, 2) vertices in order, in either sense, n >= 3; need not be convex.
     """
     polygon = np.asarray(polygon, dtype=float)
-    area = _area(polygon)
+    area = polygon_area(polygon)
     loop = np.arange(len(polygon)) if area > 0 else np.arange(len(polygon))[::-1]
     triangles = _cut_ears(polygon, loop)
     if triangles is None:
         return None
-    pieces = np.array([_area(polygon[t]) for t in triangles])
-    if (pieces <= 0).any() or abs(pieces.sum() - abs(area)) > 1e-9 * abs(area):
+    covered = sum(polygon_area(polygon[t]) for t in triangles)
+    if min(_smallest_angle(polygon[t]) for t in triangles) <= 0 or abs(covered - abs(area)) > 1e-9 * covered:
         return None
     return _turn_diagonals(polygon, triangles)
 
@@ -65,10 +65,10 @@ def _ear_quality(polygon: np.ndarray, loop: np.ndarray, k: int) -> float:
 
 
 def _smallest_angle(corners: np.ndarray) -> float:
-    """Smallest angle of a triangle, rad; 0 if it is clockwise or so thin that it is a line (height 1e-9 of its side)."""
+    """Smallest angle of a triangle, rad; 0 if it is clockwise or a line (its height below 1e-9 of its side)."""
     sides = np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(sides, axis=1)
-    twice_area = 2 * _area(corners)
+    twice_area = 2 * polygon_area(corners)
     if twice_area <= 1e-9 * lengths.max() ** 2:
         return 0.0
     # The smallest angle is opposite to the shortest side, between the other two.
@@ -103,6 +103,7 @@ def _sides(triangle: tuple[int, int, int]) -> list[tuple[int, int]]:
     return list(pairwise((*triangle, triangle[0])))
 
 
-def _area(polygon: np.ndarray) -> float:
+def polygon_area(polygon: np.ndarray) -> float:
+    """Area of a polygon (n, 2), positive where it is counter-clockwise, m^2."""
     x, y = (polygon - polygon[0]).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

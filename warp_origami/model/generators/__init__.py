@@ -1,7 +1,40 @@
 """Pattern generators, and the one way from the pattern table of a scene to a pattern."""
 
+from inspect import signature
+from pathlib import Path
+
 from ...errors import InputError
+from ..fold import read_fold
 from ..pattern import Pattern
+from ..refine import refine_pattern
+from .leaf_in import leaf_in
 from .sheet import sheet
 
-__all__ = ["sheet"]
+GENERATORS = {"leaf_in": leaf_in, "sheet": sheet}
+
+
+def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refine: int = 1) -> Pattern:
+    """Pattern of a scene.
+
+    Args:
+        kind: a generator's name, or "fold" for the FOLD file `parameters["file"]`.
+        parameters: arguments of the generator; the key `refine`, if there, is used instead of the argument.
+        directory: where a relative file name starts.
+        refine: every triangle is split into refine^2 elements.
+
+    Raises:
+        InputError: unknown kind or parameter, or what the generator or the file's reader refuses.
+    """
+    parameters = dict(parameters)
+    refine = parameters.pop("refine", refine)
+    if refine < 1:
+        raise InputError("pattern.refine", refine, "at least 1")
+    if kind == "fold":
+        return refine_pattern(read_fold(Path(directory) / parameters["file"]), refine)
+    if kind not in GENERATORS:
+        raise InputError("pattern.kind", repr(kind), f"one of fold, {', '.join(GENERATORS)}")
+    try:
+        signature(GENERATORS[kind]).bind(**parameters)
+    except TypeError as error:
+        raise InputError("pattern", str(error), f"the parameters of {kind}") from None
+    return refine_pattern(GENERATORS[kind](**parameters), refine)

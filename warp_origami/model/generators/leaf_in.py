@@ -22,11 +22,23 @@ from ..fold_angles import fold_angles
 from ..mesh import CREASE, Mesh, build_mesh
 from ..pattern import Pattern
 
-# Points of one eighth: the centre, ring corners, ring middles, and the middle of O-P_1, which splits the face O-Q_1-P_1.
-O, P1, P2, P3, Q1, Q2, Q3, MIDDLE = range(8)
-TRIANGLES = np.array([(O, Q1, MIDDLE), (MIDDLE, Q1, P1), (Q1, Q2, P2), (Q1, P2, P1), (Q2, Q3, P3), (Q2, P3, P2)])
+# Points of one eighth: the centre, ring corners, ring middles, and the middle of O-P_1.
+CENTRE, P1, P2, P3, Q1, Q2, Q3, MIDDLE = range(8)
+TRIANGLES = np.array([(CENTRE, Q1, MIDDLE), (MIDDLE, Q1, P1), (Q1, Q2, P2), (Q1, P2, P1), (Q2, Q3, P3), (Q2, P3, P2)])
 LENGTHS = np.array(
-    [(O, P1), (O, Q1), (Q1, P1), (P1, P2), (Q1, Q2), (Q2, P2), (Q1, P2), (P2, P3), (Q2, Q3), (Q3, P3), (Q2, P3)]
+    [
+        (CENTRE, P1),
+        (CENTRE, Q1),
+        (Q1, P1),
+        (P1, P2),
+        (Q1, Q2),
+        (Q2, P2),
+        (Q1, P2),
+        (P2, P3),
+        (Q2, Q3),
+        (Q3, P3),
+        (Q2, P3),
+    ]
 )
 UNKNOWN_COUNT = 11
 DIAGONAL = np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0])
@@ -122,8 +134,8 @@ def _place(unknowns: np.ndarray, corner: float) -> np.ndarray:
     points[P3] = corner * DIAGONAL
     points[[Q1, Q2, Q3], 0] = radius[2:]
     points[[P1, P2, Q1, Q2, Q3], 2] = height
-    points[O, 2] = unknowns[10]
-    points[MIDDLE] = 0.5 * (points[O] + points[P1])
+    points[CENTRE, 2] = unknowns[10]
+    points[MIDDLE] = 0.5 * (points[CENTRE] + points[P1])
     return points
 
 
@@ -149,7 +161,7 @@ def _mirror(flat: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[np.nda
 
 def _creases(pieces) -> tuple[np.ndarray, np.ndarray]:
     """Lines and letters of all edges except MIDDLE-Q_1, as yet unassigned."""
-    eighth = np.concatenate([LENGTHS[1:], [(O, MIDDLE), (MIDDLE, P1)]])  # MIDDLE lies on O-P1, the first
+    eighth = np.concatenate([LENGTHS[1:], [(CENTRE, MIDDLE), (MIDDLE, P1)]])  # MIDDLE lies on O-P1, the first
     lines = np.concatenate([numbers[eighth] for _, numbers in pieces])
     return lines, np.full(len(lines), "U")
 

@@ -1,0 +1,285 @@
+"""A crease pattern, and its stowed state, from a FOLD 1.2 file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .connectivity import ConnectivityError
+from .fold_file import (
+    Entry,
+    Frame,
+    assignments_of,
+    coordinates_of,
+    edges_of,
+    face_orders_of,
+    faces_of,
+    fold_angles_of,
+    load_frames,
+    unit_of,
+)
+from .mesh import CREASE, Mesh, build_mesh
+from .pattern import Pattern
+from .planar import coincident_vertices, find_collision
+from .rigid_fold import fold_rigidly
+from .triangulate import polygon_area, triangulate
+
+FLATNESS = 1e-9
+"""Heights, gaps and overlaps of the flat pattern that count as none, relative to its size."""
+
+ISOMETRY = 1e-6
+"""Relative change of length that a stowed state may have."""
+
+
+@dataclass(frozen=True)
+class _Creases:
+    """Edges of the file.
+
+    Attributes:
+        lines: (k, 2) vertices.
+        letters: (k,) as the mesh wants them.
+        entry: `edges_vertices`, None where the file has none.
+    """
+
+    lines: np.ndarray
+    letters: np.ndarray
+    entry: Entry | None
+
+
+def read_fold(path: Path) -> Pattern:
+    """Pattern of a FOLD file.
+
+    The crease pattern is the first frame of class creasePattern, else the first that is no foldedForm. The stowed state
+    is the first foldedForm frame, else what `edges_foldAngle` of the crease pattern describe if they are not all zero.
+    Faces are triangulated without creases and turned counter-clockwise; `Mesh.sources` are the file's vertex numbers.
+
+    Raises:
+        InputError: naming file, key and index of what is wrong.
+    """
+    path = Path(path)
+    frames = load_frames(path)
+    flat_frame, folded_frame = _choose_frames(path, frames)
+    vertices = _flat_vertices(flat_frame, frames[0])
+    entry = flat_frame.need("faces_vertices", "the vertices of each face")
+    faces = faces_of(entry, len(vertices))
+    creases = _read_creases(flat_frame, entry, faces, len(vertices))
+    triangles, owners = _triangulate_faces(vertices, faces, entry)
+    mesh = _build(flat_frame, entry, vertices, triangles, owners, creases)
+    _check_planar(mesh, entry, owners)
+
+    angles = _fold_angles(flat_frame, creases)
+    stowed = None
+    if folded_frame is not None and "vertices_coords" in folded_frame.own:
+        stowed = _folded_form(flat_frame, folded_frame, mesh, creases)
+    elif folded_frame is not None:
+        angles = _fold_angles(folded_frame, creases)
+        if angles is None:
+            raise InputError(f"{folded_frame.name}vertices_coords", "nothing", "the folded positions of the vertices")
+    if stowed is None and angles is not None:
+        stowed = _fold_by_angles(folded_frame or flat_frame, mesh, creases, angles)
+    return Pattern(mesh, stowed, owners, _face_orders(flat_frame, folded_frame, vertices))
+
+
+def _choose_frames(path: Path, frames: list[Frame]) -> tuple[Frame, Frame | None]:
+    """The crease pattern's frame and that of the folded form."""
+    candidates = [f for f in frames if not f.is_a("foldedForm") and f.get("vertices_coords")]
+    named = [f for f in candidates if f.is_a("creasePattern")]
+    if not candidates:
+        raise InputError(f"{path}: vertices_coords", "no frame with a flat pattern", "a frame of class creasePattern")
+    flat = (named or candidates)[0]
+    folded = [f for f in frames if f.is_a("foldedForm")]
+    return flat, folded[0] if folded else None
+
+
+def _flat_vertices(frame: Frame, key_frame: Frame) -> np.ndarray:
+    """(n, 2) flat coordinates, m."""
+    entry = frame.need("vertices_coords", "the coordinates of the flat pattern")
+    points = unit_of(frame, key_frame) * coordinates_of(entry)
+    size = np.linalg.norm(np.ptp(points[:, :2], axis=0)) if len(points) else 0.0
+    raised = np.abs(points[:, 2]) > FLATNESS * size
+    if raised.any():
+        i = int(np.argmax(raised))
+        raise entry.refuse((i, 2), entry.value[i][2], "0: the crease pattern is flat (a folded state is a foldedForm)")
+    return points[:, :2]
+
+
+def _read_creases(frame: Frame, faces_entry: Entry, faces: list[list[int]], vertex_count: int) -> _Creases:
+    """Edges and letters; without `edges_assignment` edges inside the sheet are U."""
+    sides = _sides(faces, faces_entry, vertex_count)
+    entry = frame.get("edges_vertices")
+    assignment = frame.get("edges_assignment")
+    if entry is None:
+        for key in ("edges_assignment", "edges_foldAngle"):
+            if frame.get(key):
+                raise InputError(f"{frame.name}edges_vertices", "nothing", f"the edges that {key} is about")
+        lines = np.array([edge for edge, owners in sides.items() if len(owners) == 2], dtype=np.int64).reshape(-1, 2)
+        return _Creases(lines, np.full(len(lines), "U"), None)
+
+    lines = edges_of(entry, vertex_count)
+    listed = set()
+    for i, (a, b) in enumerate(lines.tolist()):
+        edge = (min(a, b), max(a, b))
+        listed.add(edge)
+        if edge not in sides:
+            raise entry.refuse(i, [a, b], "a side of a face in faces_vertices")
+    for edge, owners in sides.items():
+        if len(owners) == 2 and edge not in listed:
+            raise faces_entry.fault(owners[1], f"the side {list(edge)}", "every side between faces in edges_vertices")
+    inner = np.array([len(sides[min(a, b), max(a, b)]) == 2 for a, b in lines.tolist()], dtype=bool)
+    if assignment is None:
+        return _Creases(lines, np.where(inner, "U", "B"), entry)
+    letters = assignments_of(assignment, len(lines))
+    for i in np.flatnonzero((letters == "B") & inner):
+        raise assignment.refuse(int(i), "B", "another letter: faces lie on both sides of this edge (C is a cut)")
+    for i in np.flatnonzero(np.isin(letters, ["M", "V"]) & ~inner):
+        raise assignment.refuse(int(i), str(letters[i]), "B: this edge has a face on one side only")
+    return _Creases(lines, letters, entry)
+
+
+def _sides(faces: list[list[int]], entry: Entry, vertex_count: int) -> dict[tuple[int, int], list[int]]:
+    """Faces at each side, by its vertices in increasing order."""
+    sides: dict[tuple[int, int], list[int]] = {}
+    for f, face in enumerate(faces):
+        for a, b in zip(face, [*face[1:], face[0]], strict=True):
+            owners = sides.setdefault((min(a, b), max(a, b)), [])
+            owners.append(f)
+            if len(owners) > 2:
+                raise entry.refuse(f, face, f"at most 2 faces at the edge {[a, b]} (faces {owners[0]}, {owners[1]})")
+    return sides
+
+
+def _triangulate_faces(vertices, faces, entry) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles and the face of each."""
+    triangles, owners = [], []
+    for f, face in enumerate(faces):
+        local = triangulate(vertices[face])
+        if local is None:
+            raise entry.refuse(f, face, "a simple polygon with an area and no two vertices in one place")
+        triangles.append(np.asarray(face)[local])
+        owners.append(np.full(len(local), f))
+    return np.concatenate(triangles), np.concatenate(owners)
+
+
+def _build(frame, entry, vertices, triangles, owners, creases) -> Mesh:
+    try:
+        return build_mesh(vertices, triangles, creases.lines, creases.letters)
+    except ConnectivityError as error:
+        at = [f for f, t in zip(owners, triangles, strict=True) if set(error.ends) <= set(t.tolist())]
+        raise entry.fault(int(at[-1]), f"the side {list(error.ends)}", f"no overlap: {error.reason}") from None
+
+
+def _check_planar(mesh: Mesh, entry: Entry, owners: np.ndarray) -> None:
+    """Refuses flat patterns whose faces overlap, meet in part of a side, or have vertices in the same place."""
+    given = np.unique(mesh.sources, return_index=True)[1]  # a cut's copies lie in one place
+    same = coincident_vertices(mesh.vertices[given], FLATNESS * mesh.size)
+    if same is not None:
+        a, b = (int(mesh.sources[given[k]]) for k in same)
+        raise InputError(
+            entry.name.replace("faces_vertices", f"vertices_coords[{b}]"),
+            f"the place of vertex {a}",
+            "one vertex where faces meet (edges of a cut have the letter C), separate sheets apart",
+        )
+    whole = mesh.sources[mesh.triangles]
+    points = np.zeros((mesh.sources.max() + 1, 2))
+    points[mesh.sources] = mesh.vertices
+    collision = find_collision(points, whole, FLATNESS * mesh.size)
+    if collision is None:
+        return
+    f, g = (int(owners[t]) for t in collision.triangles)
+    if collision.vertex is None:
+        raise entry.fault(f, f"overlap with face {g}", "faces side by side in the flat pattern")
+    raise entry.fault(g, f"vertex {collision.vertex} on a side", "every vertex on its sides among its vertices")
+
+
+def _fold_angles(frame: Frame, creases: _Creases) -> np.ndarray | None:
+    """(k,) fold angle of each edge of the file, rad; None where the file has none or all are zero."""
+    entry = frame.get("edges_foldAngle")
+    if entry is None or creases.entry is None:
+        return None
+    angles = fold_angles_of(entry, len(creases.lines))
+    for letter, wrong, wants in (
+        ("M", angles > 0, "a negative angle: the edge is a mountain (M)"),
+        ("V", angles < 0, "a positive angle: the edge is a valley (V)"),
+        ("FJB", np.abs(angles) > 0, "0: the edge is no crease"),
+    ):
+        for i in np.flatnonzero(wrong & np.isin(creases.letters, list(letter))):
+            raise entry.refuse(int(i), entry.value[i], wants)
+    folds = np.isin(creases.letters, list("MVU"))
+    if not np.any(np.abs(angles[folds]) > 0):
+        return None
+    for i in np.flatnonzero(folds & np.isnan(angles)):
+        raise entry.fault(int(i), "null", "an angle (other creases have one)")
+    return np.radians(np.where(folds, angles, 0.0))
+
+
+def _fold_by_angles(frame: Frame, mesh: Mesh, creases: _Creases, angles: np.ndarray) -> np.ndarray:
+    """(nv, 3) stowed positions from fold angles, m."""
+    by_edge = {(min(a, b), max(a, b)): x for (a, b), x in zip(creases.lines.tolist(), angles, strict=True)}
+    mesh_angles = np.zeros(len(mesh.edges))
+    for d in np.flatnonzero(mesh.edge_kinds == CREASE):
+        a, b = mesh.sources[mesh.edges[d]].tolist()
+        mesh_angles[d] = by_edge[min(a, b), max(a, b)]
+    points, gap = fold_rigidly(mesh, mesh_angles)
+    if gap.max() > ISOMETRY * mesh.size:
+        v = int(np.argmax(gap))
+        raise frame.get("edges_foldAngle").fault(
+            None,
+            f"panels that miss each other by {gap[v]:.3g} m at vertex {mesh.sources[v]}",
+            f"angles of a rigid fold (within {ISOMETRY:g} of the size)",
+        )
+    _check_isometric(frame.get("edges_foldAngle"), mesh, points, creases)
+    return points
+
+
+def _folded_form(flat_frame: Frame, frame: Frame, mesh: Mesh, creases: _Creases) -> np.ndarray:
+    """(nv, 3) stowed positions from a foldedForm frame, m."""
+    entry = frame.get("vertices_coords")
+    count = len(flat_frame.get("vertices_coords").value)
+    points = unit_of(frame, flat_frame) * coordinates_of(entry)
+    if len(points) != count:
+        raise entry.fault(None, f"{len(points)} points", f"{count}, one for each vertex of the crease pattern")
+    own = frame.get("faces_vertices") if "faces_vertices" in frame.own else None
+    if own is not None:
+        pattern = flat_frame.get("faces_vertices").value
+        same = [sorted(face) for face in faces_of(own, count)] == [sorted(face) for face in pattern]
+        if not same:
+            raise own.fault(None, "other faces", "the faces of the crease pattern, or none")
+    stowed = points[mesh.sources]
+    _check_isometric(entry, mesh, stowed, creases)
+    return stowed
+
+
+def _check_isometric(entry: Entry, mesh: Mesh, points: np.ndarray, creases: _Creases) -> None:
+    """Refuses a stowed state that stretches a side of a triangle, if possible one that is an edge of the file."""
+    a, b = mesh.edges.T
+    flat = np.linalg.norm(mesh.vertices[b] - mesh.vertices[a], axis=1)
+    stretch = np.linalg.norm(points[b] - points[a], axis=1) / flat - 1.0
+    if np.abs(stretch).max() <= ISOMETRY:
+        return
+    numbers = {frozenset(line): i for i, line in enumerate(creases.lines.tolist())} if creases.entry else {}
+    ends = [mesh.sources[edge].tolist() for edge in mesh.edges]
+    stretched = np.flatnonzero(np.abs(stretch) > ISOMETRY)
+    named = [d for d in stretched if frozenset(ends[d]) in numbers] or stretched
+    worst = max(named, key=lambda d: abs(stretch[d]))
+    number = numbers.get(frozenset(ends[worst]))
+    name = "the line" if number is None else f"edge {number}"
+    raise entry.fault(
+        None,
+        f"{name} between vertices {ends[worst][0]} and {ends[worst][1]} stretched by {stretch[worst]:.3g}",
+        f"a folded state with the flat pattern's lengths (to {ISOMETRY:g}, relative)",
+    )
+
+
+def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray) -> np.ndarray:
+    """(k, 3) rows (f, g, s) with s about the normal of the counter-clockwise face g; unknown orders are left out."""
+    frame = folded_frame if folded_frame is not None and folded_frame.get("faceOrders") else flat_frame
+    entry = frame.get("faceOrders")
+    if entry is None:
+        return np.zeros((0, 3), dtype=int)
+    faces = (frame.get("faces_vertices") or flat_frame.get("faces_vertices")).value
+    orders = face_orders_of(entry, len(faces))
+    orders = orders[orders[:, 2] != 0]
+    clockwise = np.array([polygon_area(vertices[face]) < 0 for face in faces])
+    orders[clockwise[orders[:, 1]], 2] *= -1
+    return orders
