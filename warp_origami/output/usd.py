@@ -9,6 +9,7 @@ from warp_origami.model.submesh import Submesh
 from warp_origami.scene import Scene
 from warp_origami.solve.records import Frame
 
+from .camera import View
 from .colours import colour
 from .files import replacing
 
@@ -20,11 +21,6 @@ FIXED_RANGES = {"state": (0.0, 2.0)}
 
 PERCENTILES = (1.0, 99.0)
 """Of the values in a frame: a few elements with extreme stress should not take all the colours."""
-
-VIEW_FROM = np.array([0.8, -1.6, 1.2])
-FIELD_OF_VIEW = 40.0  # degrees, vertical
-ASPECT = 16.0 / 9.0
-MARGIN = 1.15
 
 
 class Animation:
@@ -47,7 +43,7 @@ class Animation:
         self.fields = scene.output.fields
         self.rate = STEPS_RATE if scene.output.fps == "steps" else scene.output.fps
         self._codes: list[float] = []
-        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)  # box of the whole motion
+        self._view = View()
         self._range = (np.inf, -np.inf)  # of the first field, over all frames
         self._coloured: tuple[tuple[float, float], int] = (self._range, 0)  # range and number of frames already done
         self._normals = _Normals(surface.triangles, len(surface.flat))
@@ -158,8 +154,7 @@ class Animation:
 
     def _take_account(self, code: float, points: np.ndarray, values: np.ndarray | None) -> None:
         self._codes.append(code)
-        self._low = np.minimum(self._low, points.min(axis=0))
-        self._high = np.maximum(self._high, points.max(axis=0))
+        self._view.include(points)
         if values is not None and np.isfinite(values).any():
             low, high = np.percentile(values[np.isfinite(values)], PERCENTILES)
             self._range = (min(self._range[0], float(low), 0.0), max(self._range[1], float(high)))
@@ -177,26 +172,14 @@ class Animation:
         self._coloured = (limits, len(self._codes))
 
     def _place_camera(self) -> None:
-        """Looks at the box of the whole motion from a distance at which all its corners are in the picture."""
-        centre = 0.5 * (self._low + self._high)
-        back = VIEW_FROM / np.linalg.norm(VIEW_FROM)
-        right = np.cross([0.0, 0.0, 1.0], back)
-        right /= np.linalg.norm(right)
-        up = np.cross(back, right)
-        signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3)).reshape(3, -1).T
-        x, y, z = (signs * (self._high - self._low) @ np.stack([right, up, back], axis=1)).T
-        tangent = np.tan(np.radians(FIELD_OF_VIEW / 2))
-        distance = MARGIN * max((abs(x) / (tangent * ASPECT) + z).max(), (abs(y) / tangent + z).max())
-        radius = float(np.linalg.norm(self._high - self._low) / 2)
-
         camera = Gf.Camera()
-        camera.SetPerspectiveFromAspectRatioAndFieldOfView(ASPECT, FIELD_OF_VIEW, Gf.Camera.FOVVertical)
-        frame = np.eye(4)
-        frame[:3, :3] = np.stack([right, up, back])
-        frame[3, :3] = centre + distance * back
-        camera.transform = Gf.Matrix4d(frame.tolist())
-        camera.focusDistance = float(distance)
-        camera.clippingRange = Gf.Range1f(0.01 * float(distance), 2.0 * float(distance + radius))
+        camera.SetPerspectiveFromAspectRatioAndFieldOfView(
+            self._view.aspect, self._view.field_of_view, Gf.Camera.FOVVertical
+        )
+        camera.transform = Gf.Matrix4d(self._view.transform().tolist())
+        near, far = self._view.distances()
+        camera.focusDistance = 0.5 * (near + far)
+        camera.clippingRange = Gf.Range1f(0.1 * near, 2.0 * far)
         self._camera.SetFromCamera(camera, Usd.TimeCode.Default())
 
 
