@@ -4,8 +4,8 @@ With x to the right, y up and z back in the camera's directions, a point is in t
 
     |x - p_x| / t_x <= p_z - z   and   |y - p_y| / t_y <= p_z - z,
 
-t the tangents of half the field of view. Each needs the largest x / t + z and the largest -x / t + z over all points; their
-mean is the least p_z, their difference gives p_x. So the nearest place is known from four numbers and no point is kept.
+t the tangents of half the field of view. Along x and along y this needs the largest values of x / t + z and of
+-x / t + z over all points: their mean is the least p_z, their difference gives p_x. No point has to be kept.
 """
 
 import numpy as np

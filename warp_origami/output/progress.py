@@ -18,10 +18,10 @@ LINE_INTERVAL = 10.0
 class Progress:
     """Shows how a run goes (an Observer): a bar on a terminal, a line now and then elsewhere."""
 
-    def __init__(self, until: float, stream: TextIO = sys.stderr):
-        """`until` is the time at which the run ends, s."""
+    def __init__(self, until: float, stream: TextIO | None = None):
+        """`until` is the time at which the run ends, s; the stream is the standard error unless given."""
         self.until = until
-        self.stream = stream
+        self.stream = sys.stderr if stream is None else stream
         self._bar: tqdm | None = None
         self._phase = ""
         self._next_line = 0.0
