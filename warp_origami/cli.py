@@ -3,8 +3,11 @@
 Warp and USD are imported inside the commands that need them, so that `--help` and `list` answer at once.
 """
 
+import contextlib
 import math
+import os
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -162,10 +165,23 @@ def _check_folder(folder: Path) -> None:
 
 
 def _quiet_warp() -> None:
-    """Keeps Warp's own messages off the terminal, which the progress bar has."""
+    """Starts Warp without its own messages: the terminal belongs to the progress bar."""
     import warp
 
-    warp.config.quiet = True
+    warp.config.log_level = warp.LOG_WARNING
+    # the native part writes past Python that there is no CUDA driver, which on a machine without a GPU is no news
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as captured, contextlib.ExitStack() as restored:
+        terminal = os.dup(2)
+        restored.callback(os.close, terminal)
+        os.dup2(captured.fileno(), 2)
+        restored.callback(os.dup2, terminal, 2)
+        warp.init()
+        captured.seek(0)
+        lines = captured.read().decode(errors="replace").splitlines()
+    for line in lines:
+        if "Could not find or load the NVIDIA CUDA driver" not in line:
+            click.echo(line, err=True)
 
 
 if __name__ == "__main__":
