@@ -200,3 +200,20 @@ def test_resume_with_another_scene_exits_2_and_changes_nothing(warp_origami, sce
     assert ended.exit_code == 2
     assert "another scene" in ended.stderr
     assert (tmp_path / "runs" / "bending" / "history.csv").read_bytes() == before
+
+
+def test_real_run_from_a_shell(tmp_path):
+    scene = feed.scene(duration=5e-3, load=[{"kind": "gravity", "acceleration": [0, 0, -9.81]}])
+    (tmp_path / "s.toml").write_text(scene.to_toml())
+    command = [sys.executable, "-m", "warp_origami"]
+    checked = subprocess.run([*command, "check", "s.toml"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert "elements            16\n" in checked.stdout
+    assert checked.stderr == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["s.toml"]
+    ran = subprocess.run([*command, "run", "s.toml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
+    summary = json.loads((tmp_path / "runs" / "bending" / "summary.json").read_text())
+    assert summary["status"] == "done"
+    assert summary["wall_seconds"] == pytest.approx(sum(summary["phases"].values()))
+    last = rows(tmp_path / "runs" / "bending" / "history.csv")[-1]
+    assert float(last.split(",")[0]) == pytest.approx(5e-3)

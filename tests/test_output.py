@@ -16,6 +16,7 @@ from warp_origami.output.observers import Observers
 from warp_origami.output.progress import Progress
 from warp_origami.output.run_directory import RunDirectory, is_finished, read_run
 from warp_origami.solve.records import HISTORY_COLUMNS, Frame
+from warp_origami.solve.simulate import simulate
 
 
 def table(path):
@@ -124,16 +125,14 @@ def test_normals_are_those_of_the_bent_sheet(run):
 def test_normals_of_a_sheet_folded_flat_are_unit_vectors(tmp_path):
     directory = RunDirectory(tmp_path)
     directory.start(feed.scene(), feed.SURFACE, None)
-    folded = np.column_stack([0.5 - np.abs(feed.SURFACE.flat[:, 0] - 0.5), feed.SURFACE.flat[:, 1], 0 * folded_z()])
+    folded = np.column_stack(
+        [0.5 - np.abs(feed.SURFACE.flat[:, 0] - 0.5), feed.SURFACE.flat[:, 1], 0 * feed.SURFACE.flat[:, 0]]
+    )
     directory.frame(Frame(0.0, folded, feed.frame(0.0).nodes, feed.frame(0.0).fields))
     directory.finish({"status": "done"})
     _, found = prims(tmp_path / "animation.usdc")
     normals = np.asarray(UsdGeom.Mesh(found["sheet"]).GetNormalsAttr().Get(0))
     assert np.allclose(np.abs(normals[:, 2]), 1.0, atol=1e-6)
-
-
-def folded_z():
-    return feed.SURFACE.flat[:, 0]
 
 
 def test_colours_show_the_first_field_over_one_range(run):
@@ -183,8 +182,8 @@ def test_animation_without_fields_is_valid(tmp_path):
     assert errors(tmp_path / "animation.usdc") == []
 
 
-def same_results(one, other):
-    for name in ("history.csv", "probes.csv", "reactions.csv", "scene.toml", "summary.json"):
+def same_results(one, other, but=""):
+    for name in {"history.csv", "probes.csv", "reactions.csv", "scene.toml", "summary.json"} - {but}:
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
     layers = [Sdf.Layer.FindOrOpen(str(folder / "animation.usdc")) for folder in (one, other)]
     assert layers[0].ExportToString() == layers[1].ExportToString()
@@ -312,3 +311,50 @@ def test_progress_shows_time_step_iterations_and_energy():
         assert "step 2.5e-02 s, Newton 3, energy +0.0e+00" in stream.text or not terminal
         assert ("100%" in stream.text) == terminal
     assert stream.text.count("\n") < 8  # a log should not fill up
+
+
+class Killed(BaseException):
+    """Ends a run as abruptly as a test can."""
+
+
+class Killer(Memory):
+    """Ends the run at its n-th accepted step, after everyone else was told of it."""
+
+    def __init__(self, steps):
+        super().__init__()
+        self.steps = steps
+
+    def checkpoint(self, arrays):
+        """Counts steps: there is a checkpoint after each."""
+        self.steps -= 1
+        if self.steps == 0:
+            raise Killed
+
+
+def test_killed_simulation_goes_on_with_the_same_results(tmp_path):
+    scene = feed.scene(
+        duration=0.05,
+        load=[{"kind": "gravity", "acceleration": [0, 0, -9.81]}],
+        output={"fps": 200},
+    )
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    simulate(scene, RunDirectory(whole))
+    with pytest.raises(Killed):
+        simulate(scene, Observers([RunDirectory(broken), Killer(10)]))
+    # the animation and the checkpoint may be some steps older than the tables: what is newer is computed again
+    simulate(scene, RunDirectory(broken), resume=read_run(broken, scene))
+    same_results(whole, broken, but="summary.json")
+    first, second = (json.loads((folder / "summary.json").read_text()) for folder in (whole, broken))
+    for key in ("status", "steps_accepted", "steps_rejected", "newton_iterations", "energy_gain", "energy_loss"):
+        assert first[key] == second[key], key
+
+
+def test_simulating_from_python_gives_the_rows_of_the_files(tmp_path):
+    scene = feed.scene(duration=5e-3, load=[{"kind": "gravity", "acceleration": [0, 0, -9.81]}])
+    result = wo.simulate(scene, device="cpu", observers=[RunDirectory(tmp_path)])
+    heading, rows_of_file = table(tmp_path / "history.csv")
+    assert np.array_equal(np.column_stack([result.history[column] for column in heading]), rows_of_file)
+    assert np.array_equal(result.probes["tip"], table(tmp_path / "probes.csv")[1][:, 1:])
+    assert np.array_equal(result.reactions["root"], table(tmp_path / "reactions.csv")[1][:, 1:])
+    assert result.frames[0].points.shape == (len(result.surface.flat), 3)
+    assert result.summary["status"] == "done"
