@@ -2,14 +2,17 @@
 
     candidates = { (p, t) : distance(x_p, t) <= radius }
 
-Exact: pairs are first counted, then filled into arrays of that size. A sub-triangle of a face the point itself belongs
-to counts only where it is at least `apart` away from the point in the flat sheet: a face that curls back on itself.
+Exact: the pairs are counted whether or not the arrays hold them all; if not, larger ones are filled anew. Sub-triangles
+of a face that the point itself belongs to count only where they are at least `apart` away from it in the flat sheet: a
+face that curls back on itself.
 """
 
 import warp as wp
 
-from .closest_point import Surface, closest_of, point_of
+from .closest_point import Surface, box_distance_squared, closest_of, normal_of, point_of
 from .precision import real, vec3
+
+FAR = wp.constant(real(-1.0))
 
 
 @wp.struct
@@ -26,6 +29,16 @@ class Ownership:
     points: wp.array(dtype=vec3)
     flat: Surface
     apart: real
+
+
+@wp.struct
+class Candidates:
+    """Found pairs of points and sub-triangles in any order, their distances (m), and (1,) how many there are."""
+
+    count: wp.array(dtype=wp.int32)
+    points: wp.array(dtype=wp.int32)
+    triangles: wp.array(dtype=wp.int32)
+    distances: wp.array(dtype=real)
 
 
 @wp.func
@@ -55,52 +68,42 @@ def bounding_ball(surface: Surface, triangle: int):
     return centre, wp.max(wp.max(wp.length(a - centre), wp.length(b - centre)), wp.length(c - centre))
 
 
+@wp.func
+def candidate_distance(
+    surface: Surface, ownership: Ownership, triangle: int, normal: vec3, point: int, x: vec3, radius: real
+):
+    """Distance of a point from a sub-triangle, m, or FAR where it is above `radius` or they may not touch."""
+    from_plane = wp.dot(x - surface.points[surface.triangles[triangle, 0]], normal)
+    if wp.abs(from_plane) > radius or box_distance_squared(surface, triangle, x) > radius * radius:
+        return FAR
+    distance = distance_to(surface, triangle, x)
+    if distance > radius or not may_touch(ownership, point, triangle):
+        return FAR
+    return distance
+
+
 @wp.kernel(enable_backward=False)
-def count_candidates(
+def find_candidates(
     grid: wp.uint64,
     positions: wp.array(dtype=vec3),
     radius: real,
     surface: Surface,
     ownership: Ownership,
     # out
-    counts: wp.array(dtype=wp.int32),
+    candidates: Candidates,
 ):
-    """Number of points within `radius` of each sub-triangle."""
+    """Points within `radius` of each sub-triangle; counts on beyond the arrays' size, so that the caller can tell."""
     triangle = wp.tid()
     centre, size = bounding_ball(surface, triangle)
-    total = wp.int32(0)
+    normal = normal_of(surface, triangle)
     for point in wp.hash_grid_query(grid, centre, radius + size):
-        x = positions[point]
-        if wp.length(x - centre) <= radius + size and may_touch(ownership, point, triangle):
-            if distance_to(surface, triangle, x) <= radius:
-                total += 1
-    counts[triangle] = total
-
-
-@wp.kernel(enable_backward=False)
-def fill_candidates(
-    grid: wp.uint64,
-    positions: wp.array(dtype=vec3),
-    radius: real,
-    surface: Surface,
-    ownership: Ownership,
-    starts: wp.array(dtype=wp.int32),
-    # out
-    points: wp.array(dtype=wp.int32),
-    distances: wp.array(dtype=real),
-):
-    """Points within `radius` of each sub-triangle from place starts[triangle] on, and their distances, m."""
-    triangle = wp.tid()
-    centre, size = bounding_ball(surface, triangle)
-    place = starts[triangle]
-    for point in wp.hash_grid_query(grid, centre, radius + size):
-        x = positions[point]
-        if wp.length(x - centre) <= radius + size and may_touch(ownership, point, triangle):
-            distance = distance_to(surface, triangle, x)
-            if distance <= radius:
-                points[place] = point
-                distances[place] = distance
-                place += 1
+        distance = candidate_distance(surface, ownership, triangle, normal, point, positions[point], radius)
+        if distance != FAR:
+            place = wp.atomic_add(candidates.count, 0, 1)
+            if place < candidates.points.shape[0]:
+                candidates.points[place] = point
+                candidates.triangles[place] = triangle
+                candidates.distances[place] = distance
 
 
 @wp.kernel(enable_backward=False)

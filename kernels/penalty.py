@@ -16,6 +16,7 @@ from .closest_point import (
     INSIDE,
     SIDE,
     Surface,
+    box_distance_squared,
     closest_of,
     corner_angle,
     is_outer,
@@ -33,12 +34,13 @@ NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
 class Pairs:
     """Slave point and layer pairs.
 
-    points: row of the slave point's position; starts: (n + 1) first candidate of each pair; candidates:
-    sub-triangles of the layer; thickness: effective thickness, m; sides: +1, -1, FREE or UNKNOWN.
+    points: slave point of each pair; candidates[starts : ends]: sub-triangles of its layer; thickness: effective
+    thickness, m; sides: +1, -1, FREE or UNKNOWN.
     """
 
     points: wp.array(dtype=wp.int32)
     starts: wp.array(dtype=wp.int32)
+    ends: wp.array(dtype=wp.int32)
     candidates: wp.array(dtype=wp.int32)
     thickness: wp.array(dtype=real)
     sides: wp.array(dtype=wp.int32)
@@ -102,21 +104,25 @@ def feature_normal(
 
 
 @wp.func
-def layer_point(surface: Surface, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3):
-    """Closest point to x of the sub-triangles candidates[start:end], all of one layer."""
+def layer_point(surface: Surface, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
+    """Closest point to x of the sub-triangles candidates[start:end], all of one layer; triangle -1 beyond `reach`."""
     p = LayerPoint()
-    best = real(wp.inf)
+    p.triangle = -1
+    best = reach * reach
     feature = INSIDE
     for k in range(start, end):
         t = candidates[k]
-        weights, here = closest_of(surface, t, x)
-        delta = x - point_of(surface, t, weights)
-        d2 = wp.dot(delta, delta)
-        if d2 < best:
-            best = d2
-            p.weights = weights
-            p.triangle = t
-            feature = here
+        if box_distance_squared(surface, t, x) <= best:
+            weights, here = closest_of(surface, t, x)
+            delta = x - point_of(surface, t, weights)
+            d2 = wp.dot(delta, delta)
+            if d2 < best:
+                best = d2
+                p.weights = weights
+                p.triangle = t
+                feature = here
+    if p.triangle < 0:
+        return p
     p.outer = is_outer(surface.outer[p.triangle], feature)
     delta = x - point_of(surface, p.triangle, p.weights)
     if feature == INSIDE:
@@ -139,7 +145,11 @@ def layer_point(surface: Surface, candidates: wp.array(dtype=wp.int32), start: i
 @wp.func
 def write_contact(pair: int, x: vec3, stiffness: real, reach: real, surface: Surface, pairs: Pairs, contacts: Contacts):
     """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete."""
-    p = layer_point(surface, pairs.candidates, pairs.starts[pair], pairs.starts[pair + 1], x)
+    p = layer_point(surface, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
+    if p.triangle < 0:
+        contacts.gaps[pair] = NO_CONTACT
+        contacts.distances[pair] = NO_CONTACT
+        return
     side = pairs.sides[pair]
     direction = real(side)
     if p.outer or side == FREE:
@@ -147,7 +157,7 @@ def write_contact(pair: int, x: vec3, stiffness: real, reach: real, surface: Sur
         if p.distance < real(0.0):
             direction = real(-1.0)
     gap = direction * p.distance - pairs.thickness[pair]
-    if side == UNKNOWN or wp.abs(p.distance) > reach:
+    if side == UNKNOWN:
         gap = NO_CONTACT
     contacts.gaps[pair] = gap
     contacts.forces[pair] = stiffness * wp.min(gap, real(0.0))

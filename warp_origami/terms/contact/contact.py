@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 
 from warp_origami.errors import InputError
 from warp_origami.kernels import broadphase
-from warp_origami.kernels.penalty import UNKNOWN
+from warp_origami.kernels.penalty import FREE, UNKNOWN
 from warp_origami.kernels.precision import vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
@@ -29,7 +29,7 @@ from ..buffers import Buffer
 from .narrow import NarrowPhase, SlaveKernels
 from .points import build_points
 from .search import LayerPairs, Search
-from .sides import ordered_sides, pattern_normals, sides_at
+from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
 from .summary import ContactSummary, summarize
 from .thickness import CREASE_RATIO, build_thickness
 
@@ -108,12 +108,13 @@ class Contact:
             settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
         )
         self.name = f"contact ({settings.method})"
-        self.kernel_modules = (broadphase.count_candidates.module.name, *self._kernels.modules)
+        self.kernel_modules = (broadphase.find_candidates.module.name, *self._kernels.modules)
 
-        # the margin balances searching anew against long lists of candidates; the reach is how deep an iterate may pass
-        # through a layer and still be pushed back to where it came from
-        self._margin = max(4.0 * self._thickness, 0.06 * float(np.sqrt(2.0 * mesh.areas.mean())))
-        self._reach = self._thickness + 0.5 * self._margin
+        # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
+        # margin balances searching anew against launching on pairs that are still far
+        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
+        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
+        self._margin = max(4.0 * self._thickness, 0.08 * edge)
         self._touching = 1e-9 * mesh.size
         self._search = Search(self._points, self.submesh, self._thickness / CREASE_RATIO, device)
         self._nodes = Buffer(self._points.node_count, vec3, device)
@@ -170,13 +171,13 @@ class Contact:
             ),
             shape=(count, q.size),
         )
-        return energy, gradient, matrix, self._kernels.stiffness_of(self._narrow.pairs.points[self._active])
+        return energy, gradient, matrix, self._kernels.stiffness_of(self._narrow.points[self._active])
 
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""
         if not len(self._active):
             return ContactStatistics(0, 0, 0.0)
-        sts = int(np.searchsorted(self._active, self._narrow.sts_pairs))
+        sts = int(np.count_nonzero(self._active < self._narrow.sts_count))
         return ContactStatistics(sts, len(self._active) - sts, float(-self._narrow.gaps.read()[self._active].min()))
 
     def summary(self) -> ContactSummary:
@@ -202,68 +203,69 @@ class Contact:
         """Sides in the start state; returns the layers whose order is unknown."""
         self._place(positions)
         self._rebuild()
+        if self._narrow is None:
+            return np.zeros((0, 2), dtype=int)
         self._launch()
         state = self._narrow
-        at = np.flatnonzero(np.abs(state.distances.read()) <= self._touching)
+        at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
         if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
             masters = self.submesh.triangle_elements[state.triangles.read()[at]]
             corners = positions[self.submesh.triangles]
             normals = pattern_normals(corners, pattern_faces[self.submesh.triangle_elements])
             sides = state.sides.read().copy()
-            sides[at] = ordered_sides(
-                self._points, state.pairs.points[at], masters, pattern_faces, face_orders, normals
-            )
+            sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
             state.sides.write(sides)
         self._take_sides()
         self._launch()
-        unknown = at[state.sides.read()[at] == 0]
-        return _unordered(self._mesh, self._points, state.pairs, unknown)
+        unknown = at[state.sides.read()[at] == FREE]
+        return unordered_layers(
+            self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
+        )
 
     def _take_sides(self) -> None:
         """Sides at the accepted state, which has just been evaluated."""
-        if self._narrow is None:
-            self._accepted_keys = np.zeros(0, dtype=np.int64)
-            self._accepted_sides = np.zeros(0, dtype=np.int32)
+        self._accepted_keys = np.zeros(0, dtype=np.int64)
+        self._accepted_sides = np.zeros(0, dtype=np.int32)
+        state = self._narrow
+        if state is None:
             return
-        before = self._narrow.sides.read()
-        sides = sides_at(self._narrow, before, self._thickness, self._reach, self._touching)
-        known = sides != UNKNOWN
-        self._accepted_keys = self._narrow.pairs.keys[known]
-        self._accepted_sides = sides[known]
-        self._narrow.sides.write(sides)
+        sides = np.full(len(state.keys), UNKNOWN, dtype=np.int32)
+        sides[state.reached] = sides_at(state, self._thickness, self._touching)
+        sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
+        known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
+        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
+        state.sides.write(sides)
 
     def _evaluate(self, q: np.ndarray) -> None:
         """Gaps of all pairs at q."""
         self._place(self._interpolation @ q)
-        if self._built_at is None or self._moved() > REBUILD_FRACTION * self._margin:
+        if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
             self._rebuild()
-        if self._narrow is None:
+        state = self._narrow
+        if state is None:
             return
         self._launch()
-        distances = np.abs(self._narrow.distances.read())
-        unknown = np.flatnonzero((self._narrow.sides.read() == UNKNOWN) & (distances <= self._reach))
+        near = np.abs(state.distances.read()[state.reached]) <= self._reach
+        unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
         if len(unknown):
-            self._look_up_sides(unknown)
+            self._look_up_sides(state.sorted_by_key(unknown))
             self._launch()
 
     def _place(self, positions: np.ndarray) -> None:
         """Brings the points to `positions`."""
         self._positions = positions
+        self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
         self._nodes.write(positions[: self._points.node_count])
         self._slaves.write(positions[self._points.node_count :])
 
-    def _moved(self) -> float:
-        """How far any point has moved since the last search, m."""
-        step = self._positions - self._built_at
-        return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
-
     def _launch(self) -> None:
-        self._narrow.launch()
-        self._active = np.flatnonzero(self._narrow.gaps.read() < 0.0)
+        state = self._narrow
+        state.launch(self._moved)
+        self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
 
     def _rebuild(self) -> None:
         """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
-        self._built_at = self._positions
+        self._built_at, self._moved = self._positions, 0.0
         pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
         self._active = np.zeros(0, dtype=int)
         self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
@@ -290,23 +292,23 @@ class Contact:
         )
 
     def _look_up_sides(self, where: np.ndarray) -> None:
-        """Sides of pairs that have come near since the last accepted state: from that state, over whole layers."""
+        """Sides of pairs, by name, that have come near since the last accepted state: from that state, whole layers."""
         here = self._positions
         self._place(self._accepted_positions)
-        keys = self._narrow.pairs.keys[where]
-        state = self._narrow_phase(
-            self._search.whole_layers(keys), np.full(len(keys), UNKNOWN, dtype=np.int32), reach=np.inf
-        )
-        state.launch()
+        keys = self._narrow.keys[where]
+        state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
+        state.launch(0.0)
+        found = np.empty(len(keys), dtype=np.int32)
+        found[np.searchsorted(keys, state.keys[state.reached])] = sides_at(state, self._thickness, self._touching)
         sides = self._narrow.sides.read().copy()
-        sides[where] = sides_at(state, state.sides.read(), self._thickness, np.inf, self._touching)
+        sides[where] = found
         self._narrow.sides.write(sides)
         self._place(here)
 
     def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Of the active pairs: rows of their four points (m, 4), coefficients, dg/dx (m, 3), gaps (m) and dU/dg (N)."""
         state, active = self._narrow, self._active
-        slaves = self._points.node_count + state.pairs.points[active]
+        slaves = self._points.node_count + state.points[active]
         masters = self.submesh.triangles[state.triangles.read()[active]]
         rows = np.concatenate([slaves[:, None], masters], axis=1)
         coefficients = np.concatenate([np.ones((len(active), 1)), -state.weights.read()[active]], axis=1)
@@ -322,9 +324,7 @@ class Contact:
         return float(0.5 * (forces @ gaps)), self._spread @ total.reshape(-1, 3)
 
 
-def _unordered(mesh: Mesh, points, pairs: LayerPairs, where: np.ndarray) -> np.ndarray:
-    """Pairs of faces (k, 2) that coincide without an order, faces that share a vertex left out."""
-    own = points.owners[points.owner_starts[pairs.points[where]]]
-    found = np.unique(np.sort(np.stack([own, pairs.layers[where]], axis=1), axis=1), axis=0)
-    vertices = [set(mesh.triangles[mesh.faces == f].ravel().tolist()) for f in range(mesh.faces.max() + 1)]
-    return np.array([(a, b) for a, b in found.tolist() if not vertices[a] & vertices[b]], dtype=int).reshape(-1, 2)
+def _largest_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest distance between points of the same number, m."""
+    step = a - b
+    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))

@@ -24,7 +24,7 @@ class SlaveKernels:
         self.sts_count = len(integration_stiffness)
         self.node_stiffness = node_stiffness
         self.integration_stiffness = integration_stiffness
-        self.sts = self.nts = None
+        self.sts = self.nts = self.sts_stiffness = None
         self.modules: tuple[str, ...] = ()
         if method in ("sts", "mixed"):
             self.sts = sts.sts_contacts
@@ -43,14 +43,18 @@ class SlaveKernels:
 
 
 class NarrowPhase:
-    """Recorded launches that evaluate a fixed list of pairs at the current positions.
+    """Recorded launches that evaluate pairs at the current positions, only those that can be near by now.
+
+    Pairs are held in the order of their distance when they were found, integration points before nodes: no pair beyond
+    the first so many can have come within reach since.
 
     Attributes:
-        pairs: the pairs.
-        sts_pairs: number of them whose slave is an integration point; they come first.
+        keys, points: names and slave points of the pairs.
+        sts_count: number of pairs whose slave is an integration point; they come first.
         thickness: (n,) effective thickness, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
         gaps, forces, normals, triangles, weights, distances, heights, outer: buffers, see penalty.Contacts.
+        reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
     def __init__(
@@ -65,37 +69,63 @@ class NarrowPhase:
         device: str,
     ):
         count = len(pairs.keys)
-        self.pairs = pairs
-        self.sts_pairs = int(np.searchsorted(pairs.points, kernels.sts_count))
-        self.thickness = thickness
+        of_node = pairs.points >= kernels.sts_count
+        order = np.lexsort((pairs.distances, of_node))
+        self.sts_count = count - int(np.count_nonzero(of_node))
+        self.keys, self.points = pairs.keys[order], pairs.points[order]
+        self.thickness = thickness[order]
+        self._reach = reach
+        found_at = pairs.distances[order]
+        self._groups = [
+            (first, found_at[first:end], kernel, stiffness)
+            for first, end, kernel, stiffness in (
+                (0, self.sts_count, kernels.sts, kernels.sts_stiffness),
+                (self.sts_count, count, kernels.nts, real(kernels.node_stiffness)),
+            )
+            if end > first
+        ]
+        self._counts: tuple[int, ...] = ()
+        self.reached = np.zeros(0, dtype=int)
+
         self.sides = Buffer(count, wp.int32, device)
-        self.sides.write(sides)
+        self.sides.write(sides[order])
         given = penalty.Pairs()
-        given.points = wp.array(pairs.points, dtype=wp.int32, device=device)
-        given.starts = wp.array(pairs.starts, dtype=wp.int32, device=device)
+        given.points = wp.array(self.points, dtype=wp.int32, device=device)
+        given.starts = wp.array(pairs.starts[:-1][order], dtype=wp.int32, device=device)
+        given.ends = wp.array(pairs.starts[1:][order], dtype=wp.int32, device=device)
         given.candidates = wp.array(pairs.candidates, dtype=wp.int32, device=device)
-        given.thickness = wp.array(thickness, dtype=real, device=device)
+        given.thickness = wp.array(self.thickness, dtype=real, device=device)
         given.sides = self.sides.array
 
-        found = penalty.Contacts()
+        contacts = penalty.Contacts()
         kinds = {"normals": vec3, "weights": vec3, "triangles": wp.int32, "outer": wp.bool}
         for name in ("gaps", "forces", "normals", "triangles", "weights", "distances", "heights", "outer"):
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
-            setattr(found, name, buffer.array)
+            setattr(contacts, name, buffer.array)
+        self._launches = [
+            wp.launch(
+                kernel,
+                dim=len(found_at),
+                inputs=[slaves, stiffness, real(reach), first, surface, given],
+                outputs=[contacts],
+                device=device,
+                record_cmd=True,
+            )
+            for first, found_at, kernel, stiffness in self._groups
+        ]
 
-        self._launches = []
-        for kernel, stiffness, first, dim in (
-            (kernels.sts, kernels.sts and kernels.sts_stiffness, 0, self.sts_pairs),
-            (kernels.nts, real(kernels.node_stiffness), self.sts_pairs, count - self.sts_pairs),
-        ):
-            if kernel is not None and dim > 0:
-                inputs = [slaves, stiffness, real(reach), first, surface, given]
-                self._launches.append(
-                    wp.launch(kernel, dim=dim, inputs=inputs, outputs=[found], device=device, record_cmd=True)
-                )
+    def launch(self, moved: float) -> None:
+        """Evaluates all pairs within reach; `moved` (m) is how far any point has gone since the pairs were found."""
+        counts = tuple(int(np.searchsorted(g[1], self._reach + 2.0 * moved, side="right")) for g in self._groups)
+        if counts != self._counts:
+            self._counts = counts
+            self.reached = np.concatenate([g[0] + np.arange(n) for g, n in zip(self._groups, counts, strict=True)])
+        for command, count in zip(self._launches, counts, strict=True):
+            if count:
+                command.set_dim(count)
+                command.launch()
 
-    def launch(self) -> None:
-        """Evaluates all pairs."""
-        for command in self._launches:
-            command.launch()
+    def sorted_by_key(self, where: np.ndarray) -> np.ndarray:
+        """`where` in the order of the pairs' names, which does not depend on when they were found."""
+        return where[np.argsort(self.keys[where])]

@@ -10,7 +10,6 @@ from warp_origami.kernels.closest_point import Surface
 from warp_origami.kernels.precision import real, vec3
 from warp_origami.model.submesh import Submesh
 
-from ..buffers import Buffer
 from .points import ContactPoints
 
 
@@ -24,7 +23,7 @@ class LayerPairs:
         layers: (n,) face.
         starts: (n + 1,) first candidate of each pair.
         candidates: sub-triangles of the layer near the point, increasing within a pair.
-        distances: (n,) distance of the point from the candidates, m.
+        distances: (n,) distance of the point from the candidates, m; zero where it is not known.
     """
 
     keys: np.ndarray
@@ -39,8 +38,8 @@ class Search:
     """Finds all pairs of a slave point and a sub-triangle within a radius, on a hash grid over the slave points.
 
     The grid's cells follow the search radius and the size of the sub-triangles; every sub-triangle queries with its own
-    size, so graded meshes are searched completely. Counting and filling are separate passes over the same data: the
-    arrays have the size that is needed.
+    size, so graded meshes are searched completely. Arrays that are too small grow and the search is repeated: no pair
+    is ever dropped.
 
     Attributes:
         layer_count: number of faces.
@@ -69,7 +68,7 @@ class Search:
         self._ownership.flat = self.surface(wp.array(flat[: points.node_count], dtype=vec3, device=device))
         self._ownership.apart = apart
 
-        self._counts = Buffer(len(order), wp.int32, device)
+        self._allocate(4 * points.slave_count)
         self._sub_size = float(np.sqrt(2.0 * np.median(submesh.triangle_areas)))
         # about one cell per point in a cube; fewer cells would only make the hash collide more often
         dimension = int(np.clip(2 ** np.ceil(np.log2(2.0 * max(points.slave_count, 1) ** (1 / 3))), 16, 128))
@@ -91,32 +90,35 @@ class Search:
         """Names of pairs."""
         return points.astype(np.int64) * self.layer_count + layers
 
-    def names_of(self, keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Slave points and layers of pairs."""
-        return keys // self.layer_count, keys % self.layer_count
+    def layers_of(self, keys: np.ndarray) -> np.ndarray:
+        """Layers of pairs."""
+        return keys % self.layer_count
 
     def within(self, slaves: wp.array, nodes: wp.array, radius: float) -> LayerPairs:
         """All pairs with a sub-triangle within `radius` (m) of the point."""
-        surface = self.surface(nodes)
         self._grid.build(slaves, radius + self._sub_size)
-        inputs = [wp.uint64(self._grid.id), slaves, real(radius), surface, self._ownership]
-        count = len(self._rank)
-        self._launch(broadphase.count_candidates, count, inputs, [self._counts.array])
-        ends = np.cumsum(self._counts.read(), dtype=np.int64)
-        total = int(ends[-1])
-        if total == 0:
-            return self.grouped(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))
-        starts = np.concatenate([[0], ends[:-1]]).astype(np.int32)
-        points = wp.empty(total, dtype=wp.int32, device=self._device)
-        distances = wp.empty(total, dtype=real, device=self._device)
-        inputs.append(wp.array(starts, dtype=wp.int32, device=self._device))
-        self._launch(broadphase.fill_candidates, count, inputs, [points, distances])
-        triangles = np.repeat(np.arange(count), np.diff(starts, append=total))
-        return self.grouped(points.numpy(), triangles, distances.numpy())
+        inputs = [wp.uint64(self._grid.id), slaves, real(radius), self.surface(nodes), self._ownership]
+        while True:
+            self._found.count.zero_()
+            self._launch(broadphase.find_candidates, len(self._rank), inputs, [self._found])
+            total = int(self._found.count.numpy()[0])
+            if total <= self._found.points.shape[0]:
+                break
+            self._allocate(total + total // 4)
+        found = (self._found.points, self._found.triangles, self._found.distances)
+        return self.grouped(*(array[:total].numpy() for array in found))
+
+    def _allocate(self, capacity: int) -> None:
+        """Room for so many candidates; a search that finds more is repeated with more room."""
+        self._found = broadphase.Candidates()
+        self._found.count = wp.zeros(1, dtype=wp.int32, device=self._device)
+        self._found.points = wp.empty(capacity, dtype=wp.int32, device=self._device)
+        self._found.triangles = wp.empty(capacity, dtype=wp.int32, device=self._device)
+        self._found.distances = wp.empty(capacity, dtype=real, device=self._device)
 
     def whole_layers(self, keys: np.ndarray) -> LayerPairs:
-        """Given pairs with all sub-triangles of their layers that may touch the point; distances are not known."""
-        points, layers = self.names_of(keys)
+        """Given pairs with all sub-triangles of their layers that may touch the point; without distances."""
+        points, layers = keys // self.layer_count, self.layers_of(keys)
         sizes = self._face_starts[layers + 1] - self._face_starts[layers]
         offsets = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         triangles = self._by_face[np.repeat(self._face_starts[layers], sizes) + offsets]
@@ -129,7 +131,7 @@ class Search:
         ]
         self._launch(broadphase.mark_allowed, len(points), inputs, [allowed])
         keep = allowed.numpy()
-        return self.grouped(points[keep], triangles[keep], np.full(np.count_nonzero(keep), np.nan))
+        return self.grouped(points[keep], triangles[keep], np.zeros(np.count_nonzero(keep)))
 
     def grouped(self, points: np.ndarray, triangles: np.ndarray, distances: np.ndarray) -> LayerPairs:
         """Candidates in whatever order as pairs of points and layers."""

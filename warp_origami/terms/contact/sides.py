@@ -8,28 +8,28 @@ attraction through the sheet.
 import numpy as np
 
 from warp_origami.kernels.penalty import FREE, UNKNOWN
+from warp_origami.model.mesh import Mesh
 
 from .narrow import NarrowPhase
 from .points import ContactPoints
 
 
-def sides_at(state: NarrowPhase, sides: np.ndarray, thickness: float, reach: float, touching: float) -> np.ndarray:
-    """Sides of all pairs at an accepted state; `sides` are those before.
+def sides_at(state: NarrowPhase, thickness: float, touching: float) -> np.ndarray:
+    """Sides of the pairs state.reached at an accepted state.
 
     Inside a layer the side is kept while the point is closer than the contact `thickness` (m), on either side. Over the
     outer boundary the distance has no sign and a point may go round: there the side follows the height over the layer's
-    plane, and is free near the plane. Points closer than `touching` (m) keep what they have; farther than `reach` (m)
-    the side is looked up when it is needed.
+    plane, and is free near the plane. Points closer than `touching` (m) keep what they have.
     """
-    distance, height, outer = state.distances.read(), state.heights.read(), state.outer.read()
+    at = state.reached
+    sides, distance, height = state.sides.read()[at], state.distances.read()[at], state.heights.read()[at]
     sign = np.where(height < 0.0, -1, 1)
     separate = (np.abs(sides) != 1) | (sign == sides) | (np.abs(distance) >= thickness)
     inside = np.where(separate, sign, sides)
-    over_boundary = np.where(np.abs(height) < 0.5 * state.thickness, FREE, sign)
-    result = np.where(outer, over_boundary, inside)
+    over_boundary = np.where(np.abs(height) < 0.5 * state.thickness[at], FREE, sign)
+    result = np.where(state.outer.read()[at], over_boundary, inside)
     kept = np.where(sides == UNKNOWN, FREE, sides)
-    result = np.where(np.abs(distance) <= touching, kept, result)
-    return np.where(np.abs(distance) > reach, UNKNOWN, result).astype(np.int32)
+    return np.where(np.abs(distance) <= touching, kept, result).astype(np.int32)
 
 
 def ordered_sides(
@@ -74,3 +74,11 @@ def pattern_normals(corners: np.ndarray, pattern_faces: np.ndarray) -> np.ndarra
     np.add.at(total, pattern_faces, vectors)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     return total / np.where(length > 0.0, length, 1.0)
+
+
+def unordered_layers(mesh: Mesh, points: ContactPoints, slaves: np.ndarray, layers: np.ndarray) -> np.ndarray:
+    """Pairs of faces (k, 2) of given pairs of points and layers, but for faces that share a vertex."""
+    own = points.owners[points.owner_starts[slaves]]
+    found = np.unique(np.sort(np.stack([own, layers], axis=1), axis=1), axis=0)
+    around = {int(f): set(mesh.triangles[mesh.faces == f].ravel().tolist()) for f in np.unique(found)}
+    return np.array([(a, b) for a, b in found.tolist() if not around[a] & around[b]], dtype=int).reshape(-1, 2)

@@ -62,7 +62,7 @@ def summarize(
         sts_points=points.sts_count,
         nts_points=len(points.slave_nodes),
         layers=search.layer_count,
-        pairs=0 if state is None else len(state.pairs.keys),
+        pairs=0 if state is None else len(state.keys),
         left_out=int(none.sum()),
         weakened_by_crease=int((weak & table.by_crease).sum()),
         weakened_by_start=int((weak & ~table.by_crease).sum()),
