@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import InputError
 from .connectivity import ConnectivityError
+from .fold_angles import fold_angles
 from .fold_file import (
     Entry,
     Frame,
@@ -19,7 +20,7 @@ from .fold_file import (
     load_frames,
     unit_of,
 )
-from .mesh import CREASE, Mesh, build_mesh
+from .mesh import CREASE, SMOOTH, Mesh, build_mesh
 from .pattern import Pattern
 from .planar import coincident_vertices, find_collision
 from .rigid_fold import fold_rigidly
@@ -30,6 +31,9 @@ FLATNESS = 1e-9
 
 ISOMETRY = 1e-6
 """Relative change of length that a stowed state may have."""
+
+KINK = 1e-3
+"""Fold angle (rad) that a stowed state may have where the sheet is smooth: the strain is its square over 8."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ def _flat_vertices(frame: Frame, key_frame: Frame) -> np.ndarray:
     """(n, 2) flat coordinates, m."""
     entry = frame.need("vertices_coords", "the coordinates of the flat pattern")
     points = unit_of(frame, key_frame) * coordinates_of(entry)
-    size = np.linalg.norm(np.ptp(points[:, :2], axis=0)) if len(points) else 0.0
+    size = np.linalg.norm(np.ptp(points[:, :2], axis=0))
     raised = np.abs(points[:, 2]) > FLATNESS * size
     if raised.any():
         i = int(np.argmax(raised))
@@ -228,7 +232,7 @@ def _fold_by_angles(frame: Frame, mesh: Mesh, creases: _Creases, angles: np.ndar
             f"panels that miss each other by {gap[v]:.3g} m at vertex {mesh.sources[v]}",
             f"angles of a rigid fold (within {ISOMETRY:g} of the size)",
         )
-    _check_isometric(frame.get("edges_foldAngle"), mesh, points, creases)
+    _check_stress_free(frame.get("edges_foldAngle"), mesh, points, creases)
     return points
 
 
@@ -246,29 +250,38 @@ def _folded_form(flat_frame: Frame, frame: Frame, mesh: Mesh, creases: _Creases)
         if not same:
             raise own.fault(None, "other faces", "the faces of the crease pattern, or none")
     stowed = points[mesh.sources]
-    _check_isometric(entry, mesh, stowed, creases)
+    _check_stress_free(entry, mesh, stowed, creases)
     return stowed
 
 
-def _check_isometric(entry: Entry, mesh: Mesh, points: np.ndarray, creases: _Creases) -> None:
-    """Refuses a stowed state that stretches a side of a triangle, if possible one that is an edge of the file."""
+def _check_stress_free(entry: Entry, mesh: Mesh, points: np.ndarray, creases: _Creases) -> None:
+    """Refuses a stowed state that stretches a side of a triangle or is kinked where there is no crease."""
     a, b = mesh.edges.T
     flat = np.linalg.norm(mesh.vertices[b] - mesh.vertices[a], axis=1)
     stretch = np.linalg.norm(points[b] - points[a], axis=1) / flat - 1.0
-    if np.abs(stretch).max() <= ISOMETRY:
-        return
-    numbers = {frozenset(line): i for i, line in enumerate(creases.lines.tolist())} if creases.entry else {}
-    ends = [mesh.sources[edge].tolist() for edge in mesh.edges]
-    stretched = np.flatnonzero(np.abs(stretch) > ISOMETRY)
-    named = [d for d in stretched if frozenset(ends[d]) in numbers] or stretched
-    worst = max(named, key=lambda d: abs(stretch[d]))
-    number = numbers.get(frozenset(ends[worst]))
-    name = "the line" if number is None else f"edge {number}"
-    raise entry.fault(
-        None,
-        f"{name} between vertices {ends[worst][0]} and {ends[worst][1]} stretched by {stretch[worst]:.3g}",
-        f"a folded state with the flat pattern's lengths (to {ISOMETRY:g}, relative)",
-    )
+    if np.abs(stretch).max() > ISOMETRY:
+        d = int(np.argmax(np.abs(stretch)))
+        raise entry.fault(
+            None,
+            f"{_name_edge(mesh, d, creases)} stretched by {stretch[d]:.3g}",
+            f"a folded state with the flat pattern's lengths (to {ISOMETRY:g}, relative)",
+        )
+    kink = np.where(mesh.edge_kinds == SMOOTH, np.abs(fold_angles(mesh, points)), 0.0)
+    if kink.max() > KINK:
+        d = int(np.argmax(kink))
+        raise entry.fault(
+            None,
+            f"{_name_edge(mesh, d, creases)} folded by {np.degrees(kink[d]):.3g} degrees",
+            "folds at creases only (M, V, U): faces stay plane, and F and J edges are smooth",
+        )
+
+
+def _name_edge(mesh: Mesh, d: int, creases: _Creases) -> str:
+    """What to call a mesh edge: its number in the file if it has one."""
+    ends = mesh.sources[mesh.edges[d]].tolist()
+    numbers = np.flatnonzero((np.sort(creases.lines, axis=1) == sorted(ends)).all(axis=1))
+    name = f"edge {numbers[0]}" if creases.entry and len(numbers) else "the line"
+    return f"{name} between vertices {ends[0]} and {ends[1]}"
 
 
 def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray) -> np.ndarray:
@@ -280,6 +293,6 @@ def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.nda
     faces = (frame.get("faces_vertices") or flat_frame.get("faces_vertices")).value
     orders = face_orders_of(entry, len(faces))
     orders = orders[orders[:, 2] != 0]
-    clockwise = np.array([polygon_area(vertices[face]) < 0 for face in faces])
+    clockwise = np.array([polygon_area(vertices[face].tolist()) < 0 for face in faces])
     orders[clockwise[orders[:, 1]], 2] *= -1
     return orders

@@ -156,7 +156,9 @@ def unit_of(*frames: Frame) -> float:
 
 def coordinates_of(entry: Entry) -> np.ndarray:
     """(n, 3) `vertices_coords`, in the file's unit; z is 0 where it is not given."""
-    points = np.zeros((len(_list(entry, "a list of points")), 3))
+    if not _list(entry, "a list of points"):
+        raise entry.refuse(None, entry.value, "at least one point")
+    points = np.zeros((len(entry.value), 3))
     for i, point in enumerate(entry.value):
         if not isinstance(point, list) or len(point) not in (2, 3):
             raise entry.refuse(i, point, "2 or 3 coordinates")

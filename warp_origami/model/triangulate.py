@@ -1,12 +1,18 @@
 """Triangles of a simple polygon without new vertices: ears are cut off, then diagonals are turned until Delaunay.
 
 A vertex in the middle of a straight side is a corner like any other: no triangle may have it on its side, so none is
-lost and the neighbours across that side still share whole edges with this face.
+lost and the neighbours across that side still share whole edges with this face. Faces are many and small, so the work
+is done on plain floats.
 """
 
-from itertools import pairwise
+import math
 
 import numpy as np
+
+Point = tuple[float, float]
+
+THINNEST = 1e-9
+"""Height over longest side below which a triangle is taken for a line."""
 
 
 def triangulate(polygon: np.ndarray) -> np.ndarray | None:
@@ -17,68 +23,85 @@ def triangulate(polygon: np.ndarray) -> np.ndarray | None:
     Args:
         polygon: (n, 2) vertices in order, in either sense, n >= 3; need not be convex.
     """
-    polygon = np.asarray(polygon, dtype=float)
-    area = polygon_area(polygon)
-    loop = np.arange(len(polygon)) if area > 0 else np.arange(len(polygon))[::-1]
-    triangles = _cut_ears(polygon, loop)
-    if triangles is None:
+    points = [tuple(point) for point in np.asarray(polygon, dtype=float).tolist()]
+    area = polygon_area(points)
+    loop = list(range(len(points)))
+    triangles = _cut_ears(points, loop if area > 0 else loop[::-1])
+    if triangles is None or any(smallest_angle(*_corners(points, t)) <= 0 for t in triangles):
         return None
-    covered = sum(polygon_area(polygon[t]) for t in triangles)
-    if min(_smallest_angle(polygon[t]) for t in triangles) <= 0 or abs(covered - abs(area)) > 1e-9 * covered:
+    covered = sum(polygon_area(_corners(points, t)) for t in triangles)
+    if abs(covered - abs(area)) > 1e-9 * covered:
         return None
-    return _turn_diagonals(polygon, triangles)
+    return np.array(_turn_diagonals(points, triangles))
 
 
-def _cut_ears(polygon: np.ndarray, loop: np.ndarray) -> np.ndarray | None:
+def polygon_area(points: list[Point]) -> float:
+    """Area of a polygon, positive where it is counter-clockwise, m^2."""
+    x0, y0 = points[0]
+    pairs = zip(points, [*points[1:], points[0]], strict=True)
+    return 0.5 * sum((ax - x0) * (by - y0) - (bx - x0) * (ay - y0) for (ax, ay), (bx, by) in pairs)
+
+
+def smallest_angle(a: Point, b: Point, c: Point) -> float:
+    """Smallest angle of a triangle, rad; 0 if it is clockwise or a line."""
+    twice_area = _cross(a, b, c)
+    short, middle, long = sorted(
+        (
+            (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2,
+            (c[0] - b[0]) ** 2 + (c[1] - b[1]) ** 2,
+            (a[0] - c[0]) ** 2 + (a[1] - c[1]) ** 2,
+        )
+    )
+    if twice_area <= THINNEST * long:
+        return 0.0
+    # It is opposite to the shortest side, between the other two.
+    return math.atan2(twice_area, 0.5 * (middle + long - short))
+
+
+def _cut_ears(points: list[Point], loop: list[int]) -> list[tuple[int, int, int]] | None:
     """Triangles of a counter-clockwise loop of vertices, the ear with the largest smallest angle first."""
     triangles = []
-    quality = _ear_qualities(polygon, loop)
+    convex = {b: smallest_angle(*_corners(points, (a, b, c))) > 0 for a, b, c in _ears(loop)}
+    quality = {ear[1]: _ear_quality(points, ear, convex) for ear in _ears(loop)} if len(loop) > 3 else {}
     while len(loop) > 3:
-        k = int(np.argmax(quality))
-        if quality[k] <= 0:
+        best = max(loop, key=quality.__getitem__)
+        if quality[best] <= 0:
             return None
-        triangles.append((loop[k - 1], loop[k], loop[(k + 1) % len(loop)]))
-        loop, quality = np.delete(loop, k), np.delete(quality, k)
-        # An ear that is blocked is blocked by a reflex vertex too, so removing k changes its two neighbours only.
-        for j in (k - 1, k % len(loop)):
-            quality[j] = _ear_quality(polygon, loop, j)
-    return np.array([*triangles, tuple(loop)])
+        k = loop.index(best)
+        before, after = loop[k - 1], loop[(k + 1) % len(loop)]
+        triangles.append((before, best, after))
+        del loop[k], convex[best]
+        # An ear that is blocked is blocked by a vertex that is not convex, so only the two neighbours change.
+        ears = [(loop[j - 1], loop[j], loop[(j + 1) % len(loop)]) for j in (loop.index(before), loop.index(after))]
+        for ear in ears:
+            convex[ear[1]] = smallest_angle(*_corners(points, ear)) > 0
+        for ear in ears:
+            quality[ear[1]] = _ear_quality(points, ear, convex)
+    return [*triangles, tuple(loop)]
 
 
-def _ear_qualities(polygon: np.ndarray, loop: np.ndarray) -> np.ndarray:
-    return np.array([_ear_quality(polygon, loop, k) for k in range(len(loop))])
+def _ears(loop: list[int]) -> list[tuple[int, int, int]]:
+    return list(zip([loop[-1], *loop[:-1]], loop, [*loop[1:], loop[0]], strict=True))
 
 
-def _ear_quality(polygon: np.ndarray, loop: np.ndarray, k: int) -> float:
-    """Smallest angle (rad) of the triangle at the k-th vertex of the loop; 0 if it is no ear."""
-    a, b, c = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
-    corners = polygon[[a, b, c]]
-    angle = _smallest_angle(corners)
+def _ear_quality(points: list[Point], ear: tuple[int, int, int], convex: dict[int, bool]) -> float:
+    """Smallest angle (rad) of the triangle that would be cut off; 0 if another vertex lies in it or on its sides."""
+    a, b, c = corners = _corners(points, ear)
+    angle = smallest_angle(*corners)
     if angle <= 0:
         return 0.0
-    others = polygon[loop[(loop != a) & (loop != b) & (loop != c)]]
-    sides = np.roll(corners, -1, axis=0) - corners
-    offset = others[:, None, :] - corners
-    height = (sides[:, 0] * offset[..., 1] - sides[:, 1] * offset[..., 0]) / np.linalg.norm(sides, axis=1)
-    tolerance = 1e-9 * np.abs(sides).max()
-    return 0.0 if (height >= -tolerance).all(axis=1).any() else angle
+    tolerance = -THINNEST * max(math.dist(a, b), math.dist(b, c), math.dist(c, a)) ** 2
+    for vertex, is_convex in convex.items():
+        if is_convex or vertex in ear:
+            continue
+        p = points[vertex]
+        if _cross(a, b, p) >= tolerance and _cross(b, c, p) >= tolerance and _cross(c, a, p) >= tolerance:
+            return 0.0
+    return angle
 
 
-def _smallest_angle(corners: np.ndarray) -> float:
-    """Smallest angle of a triangle, rad; 0 if it is clockwise or a line (its height below 1e-9 of its side)."""
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.linalg.norm(sides, axis=1)
-    twice_area = 2 * polygon_area(corners)
-    if twice_area <= 1e-9 * lengths.max() ** 2:
-        return 0.0
-    # The smallest angle is opposite to the shortest side, between the other two.
-    short, middle, long = np.sort(lengths)
-    return float(np.arctan2(twice_area, 0.5 * (middle**2 + long**2 - short**2)))
-
-
-def _turn_diagonals(polygon: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def _turn_diagonals(points: list[Point], triangles: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
     """Triangles after turning diagonals as long as the smaller angle of their two triangles grows."""
-    triangles = [tuple(map(int, t)) for t in triangles]
     owner = {edge: t for t, triangle in enumerate(triangles) for edge in _sides(triangle)}
     pending = [edge for edge in owner if edge[::-1] in owner and edge[0] < edge[1]]
     while pending:
@@ -88,22 +111,26 @@ def _turn_diagonals(polygon: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         left, right = owner[a, b], owner[b, a]
         c, d = (sum(triangles[t]) - a - b for t in (left, right))
         turned = ((a, d, c), (d, b, c))
-        before = min(_smallest_angle(polygon[list(triangles[t])]) for t in (left, right))
-        if min(_smallest_angle(polygon[list(t)]) for t in turned) <= before * (1 + 1e-9):
+        before = min(smallest_angle(*_corners(points, triangles[t])) for t in (left, right))
+        if min(smallest_angle(*_corners(points, t)) for t in turned) <= before * (1 + 1e-9):
             continue
         del owner[a, b], owner[b, a]
         for t, triangle in zip((left, right), turned, strict=True):
             triangles[t] = triangle
             owner.update(dict.fromkeys(_sides(triangle), t))
         pending += [edge for edge in ((a, d), (d, b), (b, c), (c, a)) if edge in owner and edge[::-1] in owner]
-    return np.array(triangles)
+    return triangles
 
 
-def _sides(triangle: tuple[int, int, int]) -> list[tuple[int, int]]:
-    return list(pairwise((*triangle, triangle[0])))
+def _sides(triangle: tuple[int, int, int]) -> tuple[tuple[int, int], ...]:
+    a, b, c = triangle
+    return (a, b), (b, c), (c, a)
 
 
-def polygon_area(polygon: np.ndarray) -> float:
-    """Area of a polygon (n, 2), positive where it is counter-clockwise, m^2."""
-    x, y = (polygon - polygon[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+def _corners(points: list[Point], triangle: tuple[int, int, int]) -> list[Point]:
+    return [points[k] for k in triangle]
+
+
+def _cross(a: Point, b: Point, c: Point) -> float:
+    """Twice the area of a triangle, positive where it is counter-clockwise."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
