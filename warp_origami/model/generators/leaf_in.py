@@ -59,7 +59,8 @@ def leaf_in(side: float = 0.6, inset: float | None = None, corner_distance: floa
         side: m.
         inset: how far ring middles 1 and 2 lie inside the squares of their rings, m; 0.015 side by default.
         corner_distance: distance of the stowed corners from the axis, m; 0.3182 / 0.6 side by default, where the
-            layers are widest apart for the default inset. Deployed it is side / sqrt(2).
+            layers are widest apart for the default inset; below about 0.51 side they cross. Deployed it is
+            side / sqrt(2).
 
     Raises:
         InputError: a side that is not positive; an inset or a distance without such a stowed state.
