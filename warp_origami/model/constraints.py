@@ -23,7 +23,8 @@ from .mesh import CREASE, Mesh
 from .prescribed import Prescriber, PrescribedRows, prescribed_derivatives, prescribed_values
 
 RANK_TOLERANCE = 1e-9
-WELL_CONDITIONED = 0.2
+CONDITIONING = (0.2, 0.02, 2e-3, 1e-5, RANK_TOLERANCE)
+"""Shares of a functional that must be new for it to serve as an unknown: the best ones are taken first."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ def _slope_candidates(folds: list, local: np.ndarray) -> np.ndarray:
 
 def _eliminate(matrix: np.ndarray, candidates: np.ndarray):
     """Independent rows of `matrix`, its null space T, right inverse P, and functionals R with R T = 1."""
-    kept = _independent(matrix, [RANK_TOLERANCE])
+    kept = _independent(matrix, (RANK_TOLERANCE,))
     independent = matrix[kept]
     if len(kept):
         _, _, basis = np.linalg.svd(independent)
@@ -149,15 +150,18 @@ def _eliminate(matrix: np.ndarray, candidates: np.ndarray):
         null = np.eye(matrix.shape[1])
         inverse = np.zeros((matrix.shape[1], 0))
     seen = candidates @ null
-    chosen = _independent(seen, [WELL_CONDITIONED, RANK_TOLERANCE])[: null.shape[1]]
+    chosen = _independent(seen, CONDITIONING)[: null.shape[1]]
     null = null @ np.linalg.inv(seen[chosen]) if null.shape[1] else null
     null[np.abs(null) < 1e-13] = 0.0
     inverse[np.abs(inverse) < 1e-13] = 0.0
     return kept, independent, null, inverse, candidates[chosen]
 
 
-def _independent(matrix: np.ndarray, thresholds: list[float]) -> np.ndarray:
-    """Rows that are linearly independent of the rows chosen before them, better conditioned ones preferred."""
+def _independent(matrix: np.ndarray, thresholds: tuple[float, ...]) -> np.ndarray:
+    """Rows of a matrix of order one that are linearly independent of the rows chosen before them.
+
+    A first pass takes those of which the first share of thresholds is new, further passes those of the next shares.
+    """
     chosen, basis = [], np.zeros((0, matrix.shape[1]))
     for threshold in thresholds:
         for k, row in enumerate(matrix):
@@ -166,7 +170,7 @@ def _independent(matrix: np.ndarray, thresholds: list[float]) -> np.ndarray:
             rest = row - basis.T @ (basis @ row)
             rest = rest - basis.T @ (basis @ rest)
             norm = np.linalg.norm(rest)
-            if norm > threshold * max(np.linalg.norm(row), 1e-300):
+            if norm > threshold:
                 chosen.append(k)
                 basis = np.vstack([basis, rest / norm])
     return np.array(chosen, dtype=int)

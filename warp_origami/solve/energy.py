@@ -52,6 +52,11 @@ class EnergyBalance:
         return self.stored + self.dissipated - self.external_work - self.initial
 
     @property
+    def rise(self) -> float:
+        """Present rise of the error above its earlier minimum, relative to the largest stored energy."""
+        return (self.error - self.lowest_error) / self.largest if self.largest > 0.0 else 0.0
+
+    @property
     def gain(self) -> float:
         """Largest rise of the error above its earlier minimum, relative to the largest stored energy."""
         return self.largest_rise / self.largest if self.largest > 0.0 else 0.0

@@ -27,8 +27,9 @@ FIRST_STEP_SHARE = 1e-4
 SMALLEST_STEP_SHARE = 1e-10
 LARGEST_STEP_SHARE = 0.02
 
-CREATION_RATE = 0.02
-"""1/s: a step that creates more than this share of the run's largest energy per second is a bad step."""
+CREATED_SHARE = 1e9
+"""A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
+above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ class Run:
                     return replace(state, counters=counters), outcome.failure
                 step = smaller
                 continue
-            if smaller is not None and CREATION_RATE < outcome.creation < 0.9 * creation:
+            if smaller is not None and self._creates_energy(outcome) and outcome.creation < 0.9 * creation:
                 counters, step, creation = counters.rejected(), smaller, outcome.creation
                 continue
             accepted, proposed = self.controller.judge(taken, outcome.error)
@@ -192,6 +193,10 @@ class Run:
         if taken < step:  # cut to land on the end
             proposed = max(proposed, step)
         return self._write(state, outcome, counters, proposed), None
+
+    def _creates_energy(self, outcome: StepOutcome) -> bool:
+        duration = self.system.scene.analysis.duration
+        return outcome.balance.rise > CREATED_SHARE and outcome.creation > CREATED_SHARE / duration
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self._contacts()[2])
