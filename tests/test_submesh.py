@@ -1,6 +1,5 @@
 """The split of elements into sub-triangles."""
 
-
 import numpy as np
 import pytest
 from contact_meshes import grid, joined, mesh_of

@@ -21,7 +21,7 @@ from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.profile import Profile
 from .model.selectors import select
 from .scene import Scene
-from .terms.contact import Contact
+from .terms.contact import Contact, ContactSummary
 from .terms.inertia import mass_matrix
 from .terms.membrane import Membrane
 
@@ -182,8 +182,8 @@ class System:
             self.coordinates,
             scene.contact,
             self.q0,
-            thickness=scene.contact.thickness or scene.material.thickness,
-            pattern=self.pattern,
+            face_orders=self.pattern.face_orders,
+            pattern_faces=self.pattern.pattern_faces,
             device=device,
         )
         if len(contact.coincident_layers):
@@ -199,7 +199,7 @@ class System:
         v = np.zeros_like(self.q0)
         for k, load in enumerate(self.scene.load):
             if load.kind == "initial_velocity":
-                vertices = select(load.at, self.mesh, f"load[{k}].at").vertices
+                vertices = select(load.at, self.mesh, f"load.{k}.at").vertices
                 v[self.coordinates.positions[vertices]] += np.asarray(load.value)
         velocity, _ = self.constraints.derivatives(0.0)
         c = self.constraints
@@ -236,8 +236,27 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("kernel modules", ", ".join(system.kernel_modules)),
     ]
     if system.contact is not None:
-        lines += system.contact.summary()
+        lines += _describe_contact(system.contact.summary())
     return lines
+
+
+def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
+    def listed(pairs):
+        return f"{len(pairs)}: " + " ".join(f"{f}-{g}" for f, g in pairs) if len(pairs) else "none"
+
+    return [
+        ("contact points", f"{contact.sts_points} surface-to-surface, {contact.nts_points} node-to-surface"),
+        ("contact masters", f"{contact.sub_triangles} sub-triangles in {contact.layers} layers (faces)"),
+        ("contact pairs near", f"{contact.pairs} of a point and a layer at the start"),
+        (
+            "crease rule",
+            "the thickness that counts between a point and a layer is at most 0.05 of their distance in the flat sheet "
+            f"and at most their distance at the start: {contact.left_out} pairs left out, "
+            f"{contact.weakened_by_crease} weakened by the first, {contact.weakened_by_start} by the second",
+        ),
+        ("  faces with a crease", listed(contact.crease_neighbours)),
+        ("  faces with a vertex", listed(contact.vertex_neighbours)),
+    ]
 
 
 def _lifted(points: np.ndarray) -> np.ndarray:
@@ -255,7 +274,7 @@ def _prescribers(scene: Scene, mesh: Mesh) -> list[Prescriber]:
     prescribers = []
     for kind, entries in (("support", scene.support), ("driver", scene.driver)):
         for k, entry in enumerate(entries):
-            key = f"{kind}[{k}]"
+            key = f"{kind}.{k}"
             components = tuple("xyz".index(c) for c in (entry.fix if kind == "support" else entry.axes))
             selection = select(entry.at, mesh, f"{key}.at")
             motion = _motion(entry) if kind == "driver" else None

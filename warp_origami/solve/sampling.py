@@ -10,7 +10,6 @@ from warp_origami.terms.shapes import tabulate
 
 from .records import Frame
 
-FIELD_NAMES = ("von_mises", "s1", "s2", "state")
 COARSE, MIDDLE = 500, 5000
 
 
@@ -26,7 +25,7 @@ class Probes:
         mesh = system.mesh
         self.names = [probe.name for probe in system.scene.probe]
         found = [
-            locate(mesh, np.asarray(probe.at, dtype=float), f"probe[{k}].at")
+            locate(mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
             for k, probe in enumerate(system.scene.probe)
         ]
         self.first = np.cumsum([0] + [len(elements) for elements, _ in found])
@@ -87,7 +86,6 @@ class Surface:
         table = tabulate(mesh, self.submesh.elements, self.submesh.areas)
         self.interpolation = table.interpolation(coordinates)
         self.nodes = coordinates.positions
-        self.contact = system.contact
         corners = np.column_stack([np.repeat(self.submesh.triangle_elements, 3), self.submesh.triangles.ravel()])
         corners = np.unique(corners, axis=0)
         elements, points = corners.T

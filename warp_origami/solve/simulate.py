@@ -27,7 +27,7 @@ FIRST_STEP_SHARE = 1e-4
 SMALLEST_STEP_SHARE = 1e-10
 LARGEST_STEP_SHARE = 0.02
 
-CREATED_SHARE = 1e9
+CREATED_SHARE = 2e-3
 """A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
 above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
 
@@ -242,8 +242,10 @@ class Run:
         return StepRecord(history, self.probes(q, v), self.reactions(state.forces.prescribed, q))
 
     def _contacts(self) -> tuple[int, int, float]:
-        contact = self.system.contact
-        return (0, 0, 0.0) if contact is None else contact.statistics()
+        if self.system.contact is None:
+            return 0, 0, 0.0
+        found = self.system.contact.statistics()
+        return found.contacts_sts, found.contacts_nts, found.max_penetration
 
     def _checkpoint(self, state: RunState) -> dict[str, np.ndarray]:
         arrays = state.arrays()

@@ -116,7 +116,8 @@ class Contact:
         self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
         self._margin = max(4.0 * self._thickness, 0.08 * edge)
         self._touching = 1e-9 * mesh.size
-        self._search = Search(self._points, self.submesh, self._thickness / CREASE_RATIO, device)
+        apart = max(self._thickness / CREASE_RATIO, 1.5 * (self._reach + self._margin))
+        self._search = Search(self._points, self.submesh, apart, device)
         self._nodes = Buffer(self._points.node_count, vec3, device)
         self._slaves = Buffer(self._points.slave_count, vec3, device)
         self._surface = self._search.surface(self._nodes.array)

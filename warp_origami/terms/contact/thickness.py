@@ -16,8 +16,8 @@ from .search import Search
 CREASE_RATIO = 0.05
 """c: must lie below the smallest (distance / s) of the stowed state, or the crease rule alone would load it."""
 
-BELOW_START = 1.0 - 1e-9
-"""The stowed distance counts this much, so that round-off cannot load the start."""
+ROUND_OFF = 1e-13
+"""The stowed distance counts less by this part of the sheet's size, so that round-off cannot load the start."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,14 @@ def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, th
     """Effective thickness with the points of the start (nodes, then slaves; (n, 3), m)."""
     flat = np.pad(points.flat, ((0, 0), (0, 1)))
     keys, limits = [], []
-    for positions, radius, factor in ((flat, thickness / CREASE_RATIO, CREASE_RATIO), (start, thickness, BELOW_START)):
+    below = ROUND_OFF * float(np.linalg.norm(np.ptp(points.flat, axis=0)))
+    for positions, radius in ((flat, thickness / CREASE_RATIO), (start, thickness)):
         nodes, slaves = positions[: points.node_count], positions[points.node_count :]
         pairs = search.within(search.upload(slaves), search.upload(nodes), radius)
-        name, limit = pairs.keys, factor * pairs.distances
+        name, limit = pairs.keys, pairs.distances - below
         if positions is flat:
             same_sheet = points.sheets[pairs.layers] == points.sheets[points.owners[points.owner_starts[pairs.points]]]
-            name, limit = name[same_sheet], limit[same_sheet]
+            name, limit = name[same_sheet], CREASE_RATIO * pairs.distances[same_sheet]
         keys.append(name)
         limits.append(limit)
     name, inverse = np.unique(np.concatenate(keys), return_inverse=True)
