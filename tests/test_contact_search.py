@@ -79,7 +79,7 @@ def test_equals_brute_force(radius, seed):
 
 
 def test_whole_layers_hold_all_sub_triangles_that_may_touch():
-    submesh, points, positions = graded(0)
+    submesh, points, _ = graded(0)
     search = Search(points, submesh, 0.05, "cpu")
     keys = np.sort(search.key_of(np.array([3, 3, 100]), np.array([0, 1, 1])))
     found = search.whole_layers(keys)
