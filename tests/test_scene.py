@@ -267,7 +267,7 @@ FAULTS = [
     ("integrator.linear_solver=pardiso", "integrator.linear_solver", '"pardiso"', '"scipy"'),
     ("output.fps=0", "output.fps", "0", '"steps"'),
     ("output.fields=[s3]", "--set output.fields", "'[s3]'", "a TOML value"),
-    ("output.fields=['s3']", "output.fields.0", '"s3"', "contact_pressure"),
+    ("output.fields=['s3']", "output.fields.0", '"s3"', "von_mises"),
     ("output.fields=['s1','s1']", "output.fields", "twice", "once"),
     ("driver.2.axes=xy", "--set driver.2.axes=xy", "'2'", "from 0 to 1"),
     ("driver.corner.axes=xy", "--set driver.corner.axes=xy", "'corner'", "from 0 to 1"),

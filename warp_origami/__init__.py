@@ -17,7 +17,7 @@ _PLACES = {
     "simulate": "api",
 }
 
-__all__ = ["InputError", "NumericalFailure", "Run", "Scene", "load_scene", "simulate"]  # noqa: F822 made below
+__all__ = ["InputError", "NumericalFailure", "Run", "Scene", "load_scene", "simulate"]
 
 
 def __getattr__(name: str):

@@ -22,6 +22,7 @@ from .model.profile import Profile
 from .model.selectors import select
 from .scene import Scene
 from .terms.contact import Contact, ContactSummary
+from .terms.device import choose_device
 from .terms.inertia import mass_matrix
 from .terms.membrane import Membrane
 
@@ -76,17 +77,19 @@ class System:
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size of
             the elements for gradients, m.
         membrane, contact: terms; contact is None for a scene without it.
+        device: where the kernels run.
         clock: wall time by phase.
     """
 
-    def __init__(self, scene: Scene, device: str, clock: PhaseClock):
+    def __init__(self, scene: Scene, device: str | None, clock: PhaseClock):
         """Raises InputError for a scene that cannot be modelled."""
-        self.scene, self.device, self.clock = scene, device, clock
+        self.scene, self.clock = scene, clock
         with clock.phase("setup"):
             self.pattern = build_pattern(
                 scene.pattern.kind, scene.pattern.parameters(), scene.directory, scene.pattern.refine
             )
             self.mesh = self.pattern.mesh
+            self.device = choose_device(device, len(self.mesh.triangles))
             self.coordinates = number_coordinates(self.mesh)
             flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
             self.q0 = self._initial_coordinates(flat)
@@ -97,8 +100,8 @@ class System:
         with clock.phase("compile"):
             material = scene.material
             self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
-            self.membrane = Membrane(self.mesh, self.coordinates, material, device=device)
-            self.contact = self._contact(scene, device) if scene.contact is not None else None
+            self.membrane = Membrane(self.mesh, self.coordinates, material, device=self.device)
+            self.contact = self._contact(scene) if scene.contact is not None else None
         with clock.phase("setup"):
             self.v0 = self._initial_velocity()
             self.body_forces = self._body_forces()
@@ -176,7 +179,7 @@ class System:
             self.mesh, self.coordinates, _lifted(self.mesh.vertices * np.asarray(initial.stretch))
         )
 
-    def _contact(self, scene: Scene, device: str) -> Contact:
+    def _contact(self, scene: Scene) -> Contact:
         contact = Contact(
             self.mesh,
             self.coordinates,
@@ -184,7 +187,7 @@ class System:
             self.q0,
             face_orders=self.pattern.face_orders,
             pattern_faces=self.pattern.pattern_faces,
-            device=device,
+            device=self.device,
         )
         if len(contact.coincident_layers):
             f, g = contact.coincident_layers[0]

@@ -20,7 +20,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from .coordinates import Coordinates
 from .mesh import CREASE, Mesh
-from .prescribed import Prescriber, PrescribedRows, prescribed_derivatives, prescribed_values
+from .prescribed import PrescribedRows, Prescriber, prescribed_derivatives, prescribed_values
 
 RANK_TOLERANCE = 1e-9
 CONDITIONING = (0.2, 0.02, 2e-3, 1e-5, RANK_TOLERANCE)

@@ -8,8 +8,8 @@ condition (48) between sectors is left to the constraints. Source: paper (6), (4
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from .mesh import SMOOTH, Mesh
 

@@ -69,6 +69,9 @@ class Memory:
     def checkpoint(self, arrays: dict[str, np.ndarray]) -> None:
         """Nothing to keep."""
 
+    def save(self) -> None:
+        """Nothing to do."""
+
     def finish(self, summary: dict) -> None:
         """Keeps the summary."""
         self.summary = summary

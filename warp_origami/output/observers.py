@@ -40,6 +40,11 @@ class Observers:
         for observer in self.observers:
             observer.checkpoint(arrays)
 
+    def save(self) -> None:
+        """See Observer."""
+        for observer in self.observers:
+            observer.save()
+
     def finish(self, summary: dict) -> None:
         """See Observer."""
         for observer in self.observers:

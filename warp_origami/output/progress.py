@@ -67,6 +67,9 @@ class Progress:
     def checkpoint(self, arrays: dict[str, np.ndarray]) -> None:
         """Nothing to show."""
 
+    def save(self) -> None:
+        """Nothing to do."""
+
     def finish(self, summary: dict) -> None:
         """Ends the bar."""
         if self._bar is not None:

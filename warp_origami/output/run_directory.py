@@ -82,21 +82,21 @@ class RunDirectory:
         now = time.monotonic()
         if now < self._next_save:
             return
-        self._save()
+        self.save()
         cost = time.monotonic() - now
         self._next_save = time.monotonic() + cost / SAVING_SHARE
 
-    def _save(self) -> None:
+    def save(self) -> None:
+        """Saves the animation and, if there is a newer one, the checkpoint."""
         self._animation.save()
         if self._pending is not None:
             write_checkpoint(self.path / "checkpoint.npz", self._pending, self._identity)
             self._pending = None
 
     def finish(self, summary: dict) -> None:
-        """Saves what is not saved yet and writes the summary."""
+        """Writes the summary."""
         for table in (self._tables or {}).values():
             table.close()
-        self._save()
         write_text(self.path / "summary.json", json.dumps(_jsonable(summary), indent=2) + "\n")
 
 

@@ -12,6 +12,9 @@ def input_error(error: ValidationError, values: dict[str, Any], table: type[Base
     """The faults of `values` (a table of kind `table`, as given) as one InputError, a line for each."""
     faults: dict[str, tuple[str, str, str]] = {}
     for details in error.errors(include_url=False):
+        cause = details.get("ctx", {}).get("error")
+        if isinstance(cause, InputError):  # from a file that the scene names: it knows best
+            return cause
         path = _path(details, values)
         fault = _explain(details, path, table)
         faults.setdefault(fault[0], fault)

@@ -6,8 +6,8 @@ from pydantic import AfterValidator, Field
 
 from .base import NAME_WANTS, AsTuple, Name, Number, Positive, Table, Vector2, fault
 
-FIELDS = ("von_mises", "s1", "s2", "state", "contact_pressure")
-FieldName = Literal["von_mises", "s1", "s2", "state", "contact_pressure"]
+FIELDS = ("von_mises", "s1", "s2", "state")
+FieldName = Literal["von_mises", "s1", "s2", "state"]
 
 
 class Analysis(Table):

@@ -1,12 +1,12 @@
 """What the sheet is: its pattern and its material."""
 
-import json
 import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAULT_INSET
 
 from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
@@ -96,23 +96,10 @@ class Fold(PatternTable):
     @model_validator(mode="after")
     def _complete(self):
         path = Path(self.file).absolute()
-        try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise fault("file", f"{str(path)!r} ({error.strerror})", "path of a readable FOLD file") from None
-        except ValueError as error:
-            raise fault("file", f"{str(path)!r} ({error})", "a FOLD file, which is JSON") from None
-        if not isinstance(content, dict):
-            raise fault("file", f"{str(path)!r}", "a FOLD file, which is a JSON object")
         object.__setattr__(self, "file", str(path))
         if self.initial is None:
-            object.__setattr__(self, "initial", "stowed" if _has_folded_form(content) else "flat")
+            object.__setattr__(self, "initial", "flat" if read_fold(path).stowed is None else "stowed")
         return self
-
-
-def _has_folded_form(content: dict) -> bool:
-    frames = content.get("file_frames", [])
-    return any("foldedForm" in frame.get("frame_classes", []) for frame in frames if isinstance(frame, dict))
 
 
 Pattern = Annotated[LeafIn | Sheet | Fold, Field(discriminator="kind")]

@@ -47,7 +47,8 @@ class ReducedTangent:
 
     def __init__(self, system: System, null_space: csr_matrix):
         self.null_space = null_space
-        self.sparsity = ReducedSparsity(system.coordinates.elements, system.coordinates.count, null_space)
+        coordinates = system.coordinates
+        self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
         mass = (null_space.T @ kron(system.mass, identity(3), format="csr") @ null_space).tocsc()
         self.mass_values = self.sparsity.values_of(mass)
         self.damping_values = np.zeros_like(self.mass_values)

@@ -53,8 +53,8 @@ class EnergyBalance:
 
     @property
     def rise(self) -> float:
-        """Present rise of the error above its earlier minimum, relative to the largest stored energy."""
-        return (self.error - self.lowest_error) / self.largest if self.largest > 0.0 else 0.0
+        """Present rise of the error above its earlier minimum, J."""
+        return self.error - self.lowest_error
 
     @property
     def gain(self) -> float:

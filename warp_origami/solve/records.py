@@ -81,5 +81,8 @@ class Observer(Protocol):
     def checkpoint(self, arrays: dict[str, np.ndarray]) -> None:
         """State from which the run can go on with the same results; called after the rows and frames it covers."""
 
+    def save(self) -> None:
+        """The run is about to end: everything handed out so far is to be kept."""
+
     def finish(self, summary: dict) -> None:
         """The run ended, with whatever status; `summary` is the content of summary.json."""

@@ -2,7 +2,6 @@
 
 import signal
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -26,6 +25,9 @@ from .summary import Counters, summarize
 FIRST_STEP_SHARE = 1e-4
 SMALLEST_STEP_SHARE = 1e-10
 LARGEST_STEP_SHARE = 0.02
+
+RESOLVED_STRAIN = 0.01
+"""Strain, over the tolerance, whose energy is the least that the energy balance is held against."""
 
 CREATED_SHARE = 2e-3
 """A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
@@ -88,7 +90,7 @@ class RunState:
 def simulate(
     scene: Scene,
     observer: Observer,
-    device: str = "cpu",
+    device: str | None = None,
     until: float | None = None,
     resume: dict[str, np.ndarray] | None = None,
     threads: int = 1,
@@ -99,7 +101,7 @@ def simulate(
     Args:
         scene: what to run.
         observer: told of everything as it happens.
-        device: of Warp, "cpu" or "cuda:0".
+        device: of Warp, "cpu" or "cuda:0"; None: what is faster for the size of the scene.
         until: s, stop there instead of at the scene's duration.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
         threads: of the linear algebra. One is fastest for small sheets: threads that wait for each other cost more than
@@ -129,6 +131,9 @@ class Run:
             self.probes, self.reactions, self.surface = Probes(system), Reactions(system), Surface(system)
             self.stepper = Stepper(system, self.method)
         self.controller = _controller(scene)
+        strain = RESOLVED_STRAIN * scene.integrator.tolerance
+        volume = scene.material.thickness * float(system.mesh.areas.sum())
+        self.resolved_energy = 0.5 * scene.material.youngs_modulus * volume * strain**2
         self.fps = None if scene.output.fps == "steps" else float(scene.output.fps)
 
     def start(self) -> RunState:
@@ -170,7 +175,7 @@ class Run:
 
         A step that creates energy is retried with half the step as long as that makes the creation smaller.
         """
-        step, counters, creation = state.next_step, state.counters, np.inf
+        step, counters, created = state.next_step, state.counters, np.inf
         while True:
             taken = _fit(step, self.until - state.kinematics.time)
             outcome = self.stepper.try_step(state.kinematics, state.forces, state.balance, taken)
@@ -182,8 +187,8 @@ class Run:
                     return replace(state, counters=counters), outcome.failure
                 step = smaller
                 continue
-            if smaller is not None and self._creates_energy(outcome) and outcome.creation < 0.9 * creation:
-                counters, step, creation = counters.rejected(), smaller, outcome.creation
+            if smaller is not None and self._creates_energy(outcome) and outcome.created < 0.9 * created:
+                counters, step, created = counters.rejected(), smaller, outcome.created
                 continue
             accepted, proposed = self.controller.judge(taken, outcome.error)
             if accepted:
@@ -195,8 +200,9 @@ class Run:
         return self._write(state, outcome, counters, proposed), None
 
     def _creates_energy(self, outcome: StepOutcome) -> bool:
-        duration = self.system.scene.analysis.duration
-        return outcome.balance.rise > CREATED_SHARE and outcome.creation > CREATED_SHARE / duration
+        scale = max(outcome.balance.largest, self.resolved_energy)
+        rate = CREATED_SHARE * scale / self.system.scene.analysis.duration
+        return outcome.balance.rise > CREATED_SHARE * scale and outcome.created > rate
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self._contacts()[2])
@@ -256,6 +262,7 @@ class Run:
     def _finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
+            self.observer.save()
             summary = summarize(self.system, self.stepper, state.balance, state.counters, status)
             if failure is not None:
                 time_reached = state.kinematics.time

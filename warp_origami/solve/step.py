@@ -29,7 +29,7 @@ class StepOutcome:
         iterations: Newton iterations.
         kinematics, forces, balance: at the end of the step; None after a failure of Newton.
         error: local error over the tolerance.
-        creation: 1/s, energy the step created over its length and over the largest energy of the run so far.
+        created: W, energy the step created over its length.
     """
 
     failure: Failure | None
@@ -38,7 +38,7 @@ class StepOutcome:
     forces: Forces | None = None
     balance: EnergyBalance | None = None
     error: float = 0.0
-    creation: float = 0.0
+    created: float = 0.0
 
 
 class Stepper:
@@ -58,7 +58,7 @@ class Stepper:
         if self.material.stiffness_damping > 0.0:
             size = 3 * system.coordinates.count
             self.full_tangent = ReducedSparsity(
-                system.coordinates.elements, system.coordinates.count, identity(size, format="csr")
+                system.coordinates.elements, system.coordinates.count, identity(size, format="csr"), system.device
             )
 
     def start(self, step: float) -> tuple[Kinematics, Forces, EnergyBalance]:
@@ -117,7 +117,6 @@ class Stepper:
         )
         if not np.isfinite(new_balance.error):
             return StepOutcome(Failure("the energy is not a number", "smaller steps"), newton.iterations)
-        gained = (new_balance.error - balance.error) / step
         return StepOutcome(
             None,
             newton.iterations,
@@ -125,7 +124,7 @@ class Stepper:
             new_forces,
             new_balance,
             potential.size(error.ravel()) / self.tolerance,
-            gained / new_balance.largest if new_balance.largest > 0.0 else 0.0,
+            (new_balance.error - balance.error) / step,
         )
 
     def _predictor(self, form) -> np.ndarray:

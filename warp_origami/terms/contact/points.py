@@ -7,6 +7,7 @@ from scipy.sparse import coo_matrix, csr_matrix, vstack
 from scipy.sparse.csgraph import connected_components
 
 from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.locate import area_coordinates
 from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh
 
@@ -57,7 +58,7 @@ def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method:
         rule_areas, rule_weights = rule(degree)
         elements = np.repeat(submesh.triangle_elements, len(rule_areas))
         flat = np.einsum("ik,tkd->tid", rule_areas, submesh.flat[submesh.triangles]).reshape(-1, 2)
-        blocks.append(tabulate(mesh, elements, _area_coordinates(mesh, elements, flat)).interpolation(coordinates))
+        blocks.append(tabulate(mesh, elements, area_coordinates(mesh, elements, flat)).interpolation(coordinates))
         flats.append(flat)
         areas = (submesh.triangle_areas[:, None] * rule_weights).ravel()
         owners.append(mesh.faces[elements])
@@ -65,10 +66,12 @@ def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method:
         owner_starts.append(np.arange(1, len(flat) + 1))
     slave_nodes = np.zeros(0, dtype=int)
     if method in ("nts", "mixed"):
-        slave_nodes = np.flatnonzero((submesh.on_edges > 0) | (submesh.mesh_vertices >= 0))
-        blocks.append(nodes[slave_nodes])
-        flats.append(submesh.flat[slave_nodes])
-        starts, faces, elements = _faces_of_nodes(submesh, slave_nodes)
+        # all of them: nodes along creases and free edges are what keeps folds apart (with the pattern's vertices alone
+        # they cross), and faces that bulge between integration points are touched by nodes inside them first
+        slave_nodes = np.arange(len(submesh.flat))
+        blocks.append(nodes)
+        flats.append(submesh.flat)
+        starts, faces, elements = _faces_of_nodes(submesh)
         owner_starts.append(starts[1:] + len(areas))
         owners.append(faces)
         owner_elements.append(elements)
@@ -86,30 +89,13 @@ def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method:
     )
 
 
-def _area_coordinates(mesh: Mesh, elements: np.ndarray, flat: np.ndarray) -> np.ndarray:
-    """Area coordinates (n, 3) of flat points in given elements."""
-    a, b, c = (mesh.vertices[mesh.triangles[elements, k]] for k in range(3))
-
-    def cross(u, v):
-        return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-
-    areas = np.stack([cross(b - flat, c - flat), cross(c - flat, a - flat), cross(a - flat, b - flat)], axis=1)
-    return areas / areas.sum(axis=1, keepdims=True)
-
-
-def _faces_of_nodes(submesh: Submesh, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compressed rows of the faces around each of `nodes`, and an element of each face there."""
-    position = np.full(len(submesh.flat), -1)
-    position[nodes] = np.arange(len(nodes))
-    slave = position[submesh.triangles].ravel()
-    here = slave >= 0
-    rows = np.stack([slave, np.repeat(submesh.triangle_faces, 3), np.repeat(submesh.triangle_elements, 3)], axis=1)[
-        here
-    ]
-    _, first = np.unique(rows[:, 0] * (submesh.triangle_faces.max() + 1) + rows[:, 1], return_index=True)
-    rows = rows[first]
-    starts = np.concatenate([[0], np.cumsum(np.bincount(rows[:, 0], minlength=len(nodes)))])
-    return starts, rows[:, 1], rows[:, 2]
+def _faces_of_nodes(submesh: Submesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Compressed rows of the faces around each node, and an element of each face there."""
+    nodes = submesh.triangles.ravel()
+    faces, elements = np.repeat(submesh.triangle_faces, 3), np.repeat(submesh.triangle_elements, 3)
+    _, first = np.unique(nodes * (submesh.triangle_faces.max() + 1) + faces, return_index=True)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(nodes[first], minlength=len(submesh.flat)))])
+    return starts, faces[first], elements[first]
 
 
 def _sheets(mesh: Mesh) -> np.ndarray:

@@ -1,0 +1,162 @@
+"""Generalized-alpha: order in q, v and multipliers, change of the step, damping of high frequencies.
+
+Pendulum with a rigid link as a multiplier constraint, L = m = 1, g = 9.81, released 60 degrees from the vertical with
+1 rad/s: reference values by a Runge-Kutta solution of the angle to 1e-8.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from warp_origami.solve.generalized_alpha import GeneralizedAlpha
+
+WEIGHT = np.array([0.0, -9.81])
+REFERENCE = (np.array([-0.80245933, -0.59670682]), np.array([-1.01569735, 1.3659234]), np.array([8.75108176]))
+
+
+def consistent_start(method, step, correct=True):
+    """State at t = 0 and the multiplier; without `correct`, a_0 = q'' and v_0 = v as a naive start has them."""
+    angle = np.radians(60.0)
+    q = np.array([np.sin(angle), -np.cos(angle)])
+    v = np.array([np.cos(angle), np.sin(angle)])
+    multiplier = v @ v + q @ WEIGHT  # from q . q'' + v . v = 0 and q'' = WEIGHT - multiplier q
+    a = WEIGHT - multiplier * q
+    jerk = -multiplier * v - q * (2.0 * v @ a + v @ WEIGHT)
+    if not correct:
+        return replace(method.start(0.0, q, v, a, jerk, step), auxiliary=a), multiplier
+    shift = method.constraint_velocity_shift(step) * q * (q @ jerk)
+    return method.start(0.0, q, v + shift, a, jerk, step), multiplier
+
+
+def advance(method, state, step, multiplier):
+    """One step of the pendulum by Newton's method to round-off."""
+    form = method.form(state, step)
+    q = form.predictor
+    for _ in range(20):
+        residual = np.append(form.b * (q - form.q_b) - WEIGHT + multiplier * q, 0.5 * (q @ q - 1.0))
+        matrix = np.block([[(form.b + multiplier) * np.eye(2), q[:, None]], [q[None], np.zeros((1, 1))]])
+        change = np.linalg.solve(matrix, -residual)
+        q, multiplier = q + change[:2], multiplier + change[2]
+        if np.abs(change[:2]).max() < 1e-15:
+            break
+    return method.finish(state, form, q), multiplier
+
+
+def swing(radius, steps, correct=True, multipliers=None):
+    """Errors of q, v, lambda after the given steps, or lambda after each step in `multipliers`."""
+    method = GeneralizedAlpha(radius)
+    state, multiplier = consistent_start(method, steps[0], correct)
+    for step in steps:
+        state = method.with_step(state, step)
+        state, multiplier = advance(method, state, step, multiplier)
+        if multipliers is not None:
+            multipliers.append((state, multiplier))
+    values = (state.q, state.v, np.array([multiplier]))
+    return np.array([np.linalg.norm(a - b) for a, b in zip(values, REFERENCE, strict=True)])
+
+
+def orders(errors):
+    return np.log2(errors[:-1] / errors[1:])
+
+
+def test_errors_of_the_pendulum_at_a_four_hundredth():
+    np.testing.assert_allclose(swing(0.8, [1 / 400] * 400), [2.35e-5, 1.04e-4, 3.87e-4], rtol=1e-2)
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.3, 0.8, 1.0])
+def test_second_order_in_position_velocity_and_multiplier(radius):
+    errors = np.array([swing(radius, [1.0 / n] * n) for n in (200, 400, 800)])
+    print(f"radius {radius}: errors at 1/400 {errors[1]}, orders {orders(errors)[-1]}")
+    assert np.abs(orders(errors) - 2.0).max() < 0.05
+
+
+def test_second_order_after_a_change_of_the_step():
+    """The step is halved once in the middle; without the correction of the auxiliary acceleration order 2 is lost."""
+    errors = np.array([swing(0.6, [1.0 / n] * (n // 2) + [0.5 / n] * n) for n in (100, 200, 400, 800)])
+    assert np.abs(orders(errors)[1:] - 2.0).max() < 0.1
+
+
+def first_multiplier_errors(correct, change=None):
+    """Largest error of lambda against q'' and v of the same state over the first steps (or those after a change)."""
+    errors = []
+    for n in (100, 200, 400, 800):
+        method, states = GeneralizedAlpha(0.3), []
+        steps = [1.0 / n] * 4 if change is None else [1.0 / n] * (n // 2) + [change / n] * 4
+        swing(0.3, steps, correct, states)
+        # along the link: lambda = v . v + q . WEIGHT on the exact motion, and q, v are accurate to second order
+        errors.append(max(abs(multiplier - s.v @ s.v - s.q @ WEIGHT) for s, multiplier in states[-4:]))
+        assert method.with_step(states[-1][0], states[-1][0].auxiliary_step) is states[-1][0]
+    return orders(np.array(errors))
+
+
+def test_multipliers_are_of_second_order_from_the_first_step_on():
+    assert first_multiplier_errors(correct=True)[-1] > 1.9
+    assert first_multiplier_errors(correct=False)[-1] < 1.2
+
+
+def test_multipliers_stay_of_second_order_right_after_a_change_of_the_step(monkeypatch):
+    corrected = first_multiplier_errors(correct=True, change=0.5)[-1]
+    monkeypatch.setattr(GeneralizedAlpha, "with_step", lambda self, s, h: replace(s, auxiliary_step=h))
+    plain = first_multiplier_errors(correct=True, change=0.5)[-1]
+    print(f"order of lambda in the four steps after a change: {corrected:.2f}, without correction {plain:.2f}")
+
+
+def amplification(method, frequency):
+    """Matrix of one step of q'' + w^2 q = 0 on (q, h v, h^2 q'', h^2 a), for h = 1."""
+    columns = []
+    for unit in np.eye(4):
+        q, v, acceleration, auxiliary = unit
+        state = method.start(0.0, q, v, acceleration, 0.0, 1.0)
+        state = replace(state, auxiliary=auxiliary)
+        form = method.form(state, 1.0)
+        end = method.finish(state, form, form.b * form.q_b / (form.b + frequency**2))
+        columns.append([end.q, end.v, end.acceleration, end.auxiliary])
+    return np.array(columns).T
+
+
+def spectral_radius(method, frequency):
+    return np.abs(np.linalg.eigvals(amplification(method, frequency))).max()
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.3, 0.8, 1.0])
+def test_spectral_radius_is_that_asked_for_at_high_frequency_and_never_above_one(radius):
+    method = GeneralizedAlpha(radius)
+    # the limit is a double eigenvalue, which round-off splits by its square root
+    assert spectral_radius(method, 1e5) == pytest.approx(radius, abs=2e-3)
+    assert max(spectral_radius(method, w) for w in np.geomspace(1e-3, 1e4, 200)) < 1.0 + 1e-7
+
+
+def test_no_damping_with_spectral_radius_one():
+    for frequency in (0.1, 1.0, 10.0):
+        sizes = np.abs(np.linalg.eigvals(amplification(GeneralizedAlpha(1.0), frequency)))
+        assert np.sort(sizes)[-2:] == pytest.approx([1.0, 1.0], abs=1e-7)
+
+
+def test_constant_acceleration_is_exact():
+    """Free fall at any step and radius."""
+    for radius in (0.0, 0.5, 1.0):
+        method = GeneralizedAlpha(radius)
+        state = method.start(0.0, np.array([1.0]), np.array([2.0]), np.array([-9.81]), np.zeros(1), 0.1)
+        for step in (0.1, 0.1, 0.03, 0.2):
+            state = method.with_step(state, step)
+            form = method.form(state, step)
+            state = method.finish(state, form, form.q_b - 9.81 / form.b)
+        t = 0.43
+        assert state.time == pytest.approx(t)
+        assert state.q[0] == pytest.approx(1.0 + 2.0 * t - 0.5 * 9.81 * t**2, rel=1e-13)
+        assert state.v[0] == pytest.approx(2.0 - 9.81 * t, rel=1e-13)
+
+
+def test_local_error_estimate_is_the_error_of_the_step():
+    """One step of q'' = -q from exact data: the estimate agrees with the true error of q to first order in h."""
+    method = GeneralizedAlpha(0.3)
+    ratios = []
+    for h in (0.02, 0.01, 0.005):
+        t = 0.7
+        start = method.start(t, np.cos(t), -np.sin(t), -np.cos(t), np.sin(t), h)
+        form = method.form(start, h)
+        end = method.finish(start, form, form.b * form.q_b / (form.b + 1.0))
+        ratios.append(method.local_error(start, end) / (end.q - np.cos(t + h)))
+    assert abs(ratios[-1] - 1.0) < 0.02
+    assert abs(ratios[-1] - 1.0) < 0.6 * abs(ratios[-2] - 1.0)
