@@ -64,42 +64,43 @@ def test_errors_of_the_pendulum_at_a_four_hundredth():
     np.testing.assert_allclose(swing(0.8, [1 / 400] * 400), [2.35e-5, 1.04e-4, 3.87e-4], rtol=1e-2)
 
 
-@pytest.mark.parametrize("radius", [0.0, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize("radius", [0.0, 0.3, 0.8])
 def test_second_order_in_position_velocity_and_multiplier(radius):
     errors = np.array([swing(radius, [1.0 / n] * n) for n in (200, 400, 800)])
     print(f"radius {radius}: errors at 1/400 {errors[1]}, orders {orders(errors)[-1]}")
     assert np.abs(orders(errors) - 2.0).max() < 0.05
 
 
-def test_second_order_after_a_change_of_the_step():
-    """The step is halved once in the middle; without the correction of the auxiliary acceleration order 2 is lost."""
-    errors = np.array([swing(0.6, [1.0 / n] * (n // 2) + [0.5 / n] * n) for n in (100, 200, 400, 800)])
-    assert np.abs(orders(errors)[1:] - 2.0).max() < 0.1
+@pytest.mark.parametrize("change", [0.5, 2.0])
+def test_multipliers_are_of_second_order_some_steps_after_a_change_of_the_step(change):
+    """In the very next steps they are of first order; the difference dies out like spectral_radius^k."""
+    errors = np.array(
+        [swing(0.6, [1.0 / n] * (n // 2) + [change / n] * int(n / 2 / change))[2] for n in (100, 200, 400)]
+    )
+    assert orders(errors)[-1] > 1.95
 
 
-def first_multiplier_errors(correct, change=None):
-    """Largest error of lambda against q'' and v of the same state over the first steps (or those after a change)."""
+def test_second_order_in_position_and_velocity_with_a_change_at_every_step(monkeypatch):
+    """What the correction of the auxiliary acceleration is for: without it one order is lost."""
+
+    def observed():
+        steps = (100, 200, 400)
+        return orders(np.array([swing(0.6, ([1.0 / n] + [0.5 / n] * 2) * (n // 2))[:2] for n in steps]))[-1]
+
+    assert observed().min() > 1.95
+    monkeypatch.setattr(GeneralizedAlpha, "with_step", lambda self, state, step: replace(state, auxiliary_step=step))
+    assert observed().max() < 1.5
+
+
+@pytest.mark.parametrize(("correct", "order"), [(True, 2.0), (False, 1.0)])
+def test_multipliers_are_of_second_order_from_the_first_step_on_with_a_consistent_start(correct, order):
     errors = []
-    for n in (100, 200, 400, 800):
-        method, states = GeneralizedAlpha(0.3), []
-        steps = [1.0 / n] * 4 if change is None else [1.0 / n] * (n // 2) + [change / n] * 4
-        swing(0.3, steps, correct, states)
-        # along the link: lambda = v . v + q . WEIGHT on the exact motion, and q, v are accurate to second order
-        errors.append(max(abs(multiplier - s.v @ s.v - s.q @ WEIGHT) for s, multiplier in states[-4:]))
-        assert method.with_step(states[-1][0], states[-1][0].auxiliary_step) is states[-1][0]
-    return orders(np.array(errors))
-
-
-def test_multipliers_are_of_second_order_from_the_first_step_on():
-    assert first_multiplier_errors(correct=True)[-1] > 1.9
-    assert first_multiplier_errors(correct=False)[-1] < 1.2
-
-
-def test_multipliers_stay_of_second_order_right_after_a_change_of_the_step(monkeypatch):
-    corrected = first_multiplier_errors(correct=True, change=0.5)[-1]
-    monkeypatch.setattr(GeneralizedAlpha, "with_step", lambda self, s, h: replace(s, auxiliary_step=h))
-    plain = first_multiplier_errors(correct=True, change=0.5)[-1]
-    print(f"order of lambda in the four steps after a change: {corrected:.2f}, without correction {plain:.2f}")
+    for n in (200, 400, 800):
+        states = []
+        swing(0.3, [1.0 / n] * 4, correct, states)
+        # lambda = v . v + q . WEIGHT in the exact motion, and q and v are of second order
+        errors.append(max(abs(multiplier - s.v @ s.v - s.q @ WEIGHT) for s, multiplier in states))
+    assert orders(np.array(errors))[-1] == pytest.approx(order, abs=0.1)
 
 
 def amplification(method, frequency):
@@ -148,9 +149,10 @@ def test_constant_acceleration_is_exact():
         assert state.v[0] == pytest.approx(2.0 - 9.81 * t, rel=1e-13)
 
 
-def test_local_error_estimate_is_the_error_of_the_step():
-    """One step of q'' = -q from exact data: the estimate agrees with the true error of q to first order in h."""
-    method = GeneralizedAlpha(0.3)
+@pytest.mark.parametrize("radius", [0.0, 0.3, 0.8, 1.0])
+def test_local_error_estimate_is_of_the_size_of_the_error_of_the_step(radius):
+    """One step of q'' = -q from exact data: the estimate has the order and sign of the true error and bounds it."""
+    method = GeneralizedAlpha(radius)
     ratios = []
     for h in (0.02, 0.01, 0.005):
         t = 0.7
@@ -158,5 +160,6 @@ def test_local_error_estimate_is_the_error_of_the_step():
         form = method.form(start, h)
         end = method.finish(start, form, form.b * form.q_b / (form.b + 1.0))
         ratios.append(method.local_error(start, end) / (end.q - np.cos(t + h)))
-    assert abs(ratios[-1] - 1.0) < 0.02
-    assert abs(ratios[-1] - 1.0) < 0.6 * abs(ratios[-2] - 1.0)
+    print(f"radius {radius}: estimate over error {ratios}")
+    assert abs(ratios[-1] - ratios[-2]) < 0.6 * abs(ratios[-2] - ratios[-3])
+    assert 0.95 < ratios[-1] < 3.0
