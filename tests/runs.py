@@ -12,10 +12,10 @@ GRAVITY = {"kind": "gravity", "acceleration": [0.0, 0.0, -9.81]}
 
 
 class States:
-    """Keeps time, q and v of every accepted state (an Observer)."""
+    """Keeps time, q, v and q'' of every accepted state (an Observer)."""
 
     def __init__(self):
-        self.times, self.q, self.v = [], [], []
+        self.times, self.q, self.v, self.accelerations = [], [], [], []
 
     def start(self, scene, surface, resumed_at):
         pass
@@ -41,6 +41,7 @@ class States:
             self.times.append(time)
             self.q.append(arrays["kinematics.q"].copy())
             self.v.append(arrays["kinematics.v"].copy())
+            self.accelerations.append(arrays["kinematics.acceleration"].copy())
 
 
 def film(duration, pattern, material=None, **tables):
@@ -61,7 +62,7 @@ def system_of(scene):
 
 
 def run(scene, **options):
-    """What a run gave, with the states: times (k,), q and v (k, n, 3) after each step, without the initial state."""
+    """What a run gave, and the states after each step: times (k,), q, v and accelerations (k, n, 3)."""
     states = States()
     result = wo.simulate(scene, device="cpu", observers=[states], **options)
     return SimpleNamespace(
@@ -74,4 +75,5 @@ def run(scene, **options):
         times=np.array(states.times),
         q=np.array(states.q),
         v=np.array(states.v),
+        accelerations=np.array(states.accelerations),
     )
