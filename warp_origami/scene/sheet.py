@@ -96,6 +96,8 @@ class Fold(PatternTable):
     @model_validator(mode="after")
     def _complete(self):
         path = Path(self.file).absolute()
+        if not path.is_file():
+            raise fault("file", f"{str(path)!r}, where no file is", "path of a readable FOLD file")
         object.__setattr__(self, "file", str(path))
         if self.initial is None:
             object.__setattr__(self, "initial", "flat" if read_fold(path).stowed is None else "stowed")

@@ -171,11 +171,8 @@ class Run:
         return self._finish(state, status, failure)
 
     def _advance(self, state: RunState) -> tuple[RunState, Failure | None]:
-        """The state after the next accepted step, which is retried with smaller ones as often as needed.
-
-        A step that creates energy is retried with half the step as long as that makes the creation smaller.
-        """
-        step, counters, created = state.next_step, state.counters, np.inf
+        """The state after the next accepted step, which is retried with smaller ones as often as needed."""
+        step, counters, creations = state.next_step, state.counters, []
         while True:
             taken = _fit(step, self.until - state.kinematics.time)
             outcome = self.stepper.try_step(state.kinematics, state.forces, state.balance, taken)
@@ -187,22 +184,26 @@ class Run:
                     return replace(state, counters=counters), outcome.failure
                 step = smaller
                 continue
-            if smaller is not None and self._creates_energy(outcome) and outcome.created < 0.9 * created:
-                counters, step, created = counters.rejected(), smaller, outcome.created
-                continue
             accepted, proposed = self.controller.judge(taken, outcome.error)
-            if accepted:
+            if not accepted:
+                counters, step = counters.rejected(), proposed
+                continue
+            if smaller is None or not self._creates_energy(outcome, creations):
                 break
-            counters, step = counters.rejected(), proposed
+            counters, step = counters.rejected(), smaller
+            creations.append(outcome.created)
         self.system.accept(outcome.kinematics.q)
         if taken < step:  # cut to land on the end
             proposed = max(proposed, step)
         return self._write(state, outcome, counters, proposed), None
 
-    def _creates_energy(self, outcome: StepOutcome) -> bool:
+    def _creates_energy(self, outcome: StepOutcome, creations: list[float]) -> bool:
+        """Whether a step is bad because it creates energy, and halving it (`creations` so far, W) makes that better."""
         scale = max(outcome.balance.largest, self.resolved_energy)
         rate = CREATED_SHARE * scale / self.system.scene.analysis.duration
-        return outcome.balance.rise > CREATED_SHARE * scale and outcome.created > rate
+        if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= rate:
+            return False
+        return len(creations) < 2 or outcome.created < 0.9 * creations[-2]
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self._contacts()[2])

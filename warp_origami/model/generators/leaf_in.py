@@ -44,8 +44,8 @@ UNKNOWN_COUNT = 11
 DIAGONAL = np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0])
 
 # In sides of the square.
-DEFAULT_INSET = 0.009 / 0.6
-DEFAULT_CORNER_DISTANCE = 0.3182 / 0.6
+DEFAULT_INSET = 0.005 / 0.6
+DEFAULT_CORNER_DISTANCE = 0.312 / 0.6
 CONTINUATION_STEP = 0.004
 
 # The X of four vertical arms, corners at height 0: (radius, height) of P_1, P_2, Q_1, Q_2, Q_3, then height of O.
@@ -57,10 +57,10 @@ def leaf_in(side: float = 0.6, inset: float | None = None, corner_distance: floa
 
     Args:
         side: m.
-        inset: how far ring middles 1 and 2 lie inside the squares of their rings, m; 0.015 side by default.
-        corner_distance: distance of the stowed corners from the axis, m; 0.3182 / 0.6 side by default, where the
-            layers are widest apart for the default inset; below about 0.51 side they cross. Deployed it is
-            side / sqrt(2).
+        inset: how far ring middles 1 and 2 lie inside the squares of their rings, m; 0.005 / 0.6 side by default.
+        corner_distance: distance of the stowed corners from the axis, m; 0.312 / 0.6 side by default, where the layers
+            are widest apart for the default inset; below about 0.508 side they cross. Deployed it is side / sqrt(2).
+            On the way there the panels of the smaller insets cross unless contact keeps them apart.
 
     Raises:
         InputError: a side that is not positive; an inset or a distance without such a stowed state.

@@ -13,7 +13,7 @@ import numpy as np
 from .points import ContactPoints
 from .search import Search
 
-CREASE_RATIO = 0.05
+CREASE_RATIO = 0.02
 """c: must lie below the smallest (distance / s) of the stowed state, or the crease rule alone would load it."""
 
 ROUND_OFF = 1e-13
