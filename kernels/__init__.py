@@ -6,5 +6,5 @@ collide with the unrelated package ``kernels``.
 
 if __name__ != "warp_origami.kernels":
     raise ImportError(
-        f"import these kernels as warp_origami.kernels, not as {__name__!r}: install the project (pip install -e .) first"
+        f"import these kernels as warp_origami.kernels, not as {__name__!r}: install the project first (pip install -e .)"
     )

@@ -74,8 +74,8 @@ class System:
         mass: (n, n) scalar mass matrix, alike in x, y, z.
         q0, v0: (n, 3) initial state, consistent with the constraints.
         body_forces: gravity.
-        row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size of
-            the elements for gradients, m.
+        row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
+            of the elements for gradients, m.
         membrane, contact: terms; contact is None for a scene without it.
         device: where the kernels run.
         clock: wall time by phase.
@@ -232,7 +232,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
         (
             "constraints",
-            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant ones dropped; "
+            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
         ("terms", ", ".join(system.terms)),

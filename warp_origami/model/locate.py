@@ -20,7 +20,7 @@ def area_coordinates(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> np
 
 
 def locate(mesh: Mesh, point: np.ndarray, key: str) -> tuple[np.ndarray, np.ndarray]:
-    """All elements that touch the flat point, and its area coordinates in each; a point just outside snaps to the sheet.
+    """All elements that touch the flat point, and its area coordinates in each; a point just outside snaps to them.
 
     Raises:
         InputError: the point is farther than SNAP from the sheet; `key` names it.

@@ -19,7 +19,7 @@ class Motion:
     Attributes:
         profile: factor f(t).
         translate: (3,) m, reached at f = 1.
-        axis, centre, angle: rotation by f * angle (rad) about the unit vector `axis` through `centre`, before translation.
+        axis, centre, angle: rotation by f * angle (rad) about the unit vector `axis` through `centre`, done first.
         overstretch: with a number, every point goes straight to where the flat sheet has it, scaled by 1 + overstretch;
             translate and rotation are then not used.
     """

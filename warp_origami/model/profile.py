@@ -10,8 +10,8 @@ class Profile:
     """Factor that multiplies a prescribed motion or a load.
 
     Attributes:
-        kind: "constant" (1), "linear", "smooth" (10 s^3 - 15 s^4 + 6 s^5), "trapezoid" (trapezoidal velocity whose ramps
-            last a quarter of the time each) or "table" (straight lines between rows, constant outside).
+        kind: "constant" (1), "linear", "smooth" (10 s^3 - 15 s^4 + 6 s^5), "trapezoid" (trapezoidal velocity, ramps
+            of a quarter of the time) or "table" (straight lines between rows, constant outside).
         start, end: s, the factor goes from 0 to 1 between them.
         table: (k, 2) rows of time (s) and factor, for "table".
     """

@@ -91,8 +91,8 @@ class GeneralizedAlpha:
         return Kinematics(time, q, v, acceleration, auxiliary, step)
 
     def constraint_velocity_shift(self, step: float) -> float:
-        """Cq h^2, s^2: times q''' along the constraint normals, it is what v_0 lacks for the multipliers to be of second
-        order from the first step on."""
+        """Cq h^2, s^2: times q''' along the constraint normals, what v_0 lacks for multipliers of second order from the
+        first step on."""
         return (1.0 / 6.0 - 0.5 * (self.am - self.af) - self.beta) * step**2
 
     def with_step(self, state: Kinematics, step: float) -> Kinematics:

@@ -1,7 +1,7 @@
 """Direct solvers for the Newton systems behind one interface.
 
-`factorize` gives a factor to solve with, or None where the matrix is singular or, for a solver of definite matrices, not
-positive definite: a value that Newton answers, not an exception.
+`factorize` gives a factor to solve with, or None where the matrix is singular or, for a solver of definite matrices,
+not positive definite: a value that Newton answers, not an exception.
 """
 
 from typing import Protocol

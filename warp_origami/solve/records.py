@@ -37,7 +37,7 @@ class StepRecord:
     Attributes:
         history: value of each of HISTORY_COLUMNS (energies in J, step in s, penetration in m, area fractions).
         probes: name -> (9,) values of PROBE_COLUMNS (m, m/s, Pa).
-        reactions: name of a support or driver -> (6,) force (N) and moment about the origin (N m) it exerts on the sheet.
+        reactions: name of a support or driver -> (6,) force (N) and moment about the origin (N m) on the sheet.
     """
 
     history: dict[str, float]

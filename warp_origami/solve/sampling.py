@@ -19,7 +19,7 @@ def drawn_divisions(elements: int) -> int:
 
 
 class Probes:
-    """Values at the scene's probes: position, velocity and stress, the latter averaged over touching elements by area."""
+    """Values at the scene's probes: position, velocity, and stress averaged over touching elements by area."""
 
     def __init__(self, system: System):
         mesh = system.mesh
@@ -51,7 +51,7 @@ class Probes:
 
 
 class Reactions:
-    """Resultant force and moment about the origin of every support and driver, and their forces for the work balance."""
+    """Resultant force and moment about the origin of every named support and driver."""
 
     def __init__(self, system: System):
         constraints = system.constraints
