@@ -95,7 +95,7 @@ def main() -> None:
     for label, (rows, summary) in results.items():
         print(
             f"{label}: deepest {rows[:, 1].max() / thickness:.4f} of the thickness, {int(rows[:, 2].sum())} of "
-            f"{len(rows)} steps cross; {summary['newton_iterations']} Newton iterations, {summary['wall_seconds']:.0f} s"
+            f"{len(rows)} steps cross, {summary['newton_iterations']} iterations, {summary['wall_seconds']:.0f} s"
         )
 
     RESULTS.mkdir(exist_ok=True)

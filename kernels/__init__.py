@@ -5,6 +5,4 @@ collide with the unrelated package ``kernels``.
 """
 
 if __name__ != "warp_origami.kernels":
-    raise ImportError(
-        f"import these kernels as warp_origami.kernels, not as {__name__!r}: install the project first (pip install -e .)"
-    )
+    raise ImportError(f"import these kernels as warp_origami.kernels, not as {__name__!r}: first pip install -e .")

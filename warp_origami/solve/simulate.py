@@ -33,6 +33,9 @@ CREATED_SHARE = 2e-3
 """A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
 above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
 
+MOST_HALVINGS = 6
+"""How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
+
 
 @dataclass(frozen=True)
 class RunState:
@@ -202,6 +205,8 @@ class Run:
         scale = max(outcome.balance.largest, self.resolved_energy)
         rate = CREATED_SHARE * scale / self.system.scene.analysis.duration
         if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= rate:
+            return False
+        if len(creations) >= MOST_HALVINGS:
             return False
         return len(creations) < 2 or outcome.created < 0.9 * creations[-2]
 

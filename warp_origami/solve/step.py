@@ -17,7 +17,7 @@ from .result import Failure
 from .step_potential import StepPotential
 
 NEWTON_SHARE = 1e-4
-"""Newton tolerance over the tolerance of the step: 1e-3 would do for accuracy, 1e-4 keeps a symmetric motion symmetric."""
+"""Newton tolerance over the tolerance of the step; 1e-3 would do for accuracy, but 1e-4 keeps symmetric motion so."""
 
 
 @dataclass(frozen=True)
