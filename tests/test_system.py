@@ -15,7 +15,7 @@ CORNERS = [[0.3, 0.3], [-0.3, 0.3], [-0.3, -0.3], [0.3, -0.3]]
 
 
 def leaf_system(method="mixed", thickness=6e-3, constraints="eliminate"):
-    """The leaf-in with its corners driven; the stowed layers, some 8 mm apart, touch when they wave a little."""
+    """The leaf-in with its corners driven; the stowed layers, some millimetres apart, touch when they wave a little."""
     scene = wo.Scene(
         name="leaf",
         analysis={"kind": "dynamic", "duration": 1.0},

@@ -21,7 +21,7 @@ from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.profile import Profile
 from .model.selectors import select
 from .scene import Scene
-from .terms.contact import Contact, ContactSummary
+from .terms.contact import CREASE_RATIO, Contact, ContactSummary
 from .terms.device import choose_device
 from .terms.inertia import mass_matrix
 from .terms.membrane import Membrane
@@ -253,8 +253,8 @@ def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
         ("contact pairs near", f"{contact.pairs} of a point and a layer at the start"),
         (
             "crease rule",
-            "the thickness that counts between a point and a layer is at most 0.05 of their distance in the flat sheet "
-            f"and at most their distance at the start: {contact.left_out} pairs left out, "
+            f"the thickness that counts between a point and a layer is at most {CREASE_RATIO:g} of their distance in the flat "
+            f"sheet and at most their distance at the start: {contact.left_out} pairs left out, "
             f"{contact.weakened_by_crease} weakened by the first, {contact.weakened_by_start} by the second",
         ),
         ("  faces with a crease", listed(contact.crease_neighbours)),

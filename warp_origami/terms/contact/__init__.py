@@ -2,5 +2,6 @@
 
 from .contact import Contact, ContactSettings, ContactStatistics
 from .summary import ContactSummary
+from .thickness import CREASE_RATIO
 
-__all__ = ["Contact", "ContactSettings", "ContactStatistics", "ContactSummary"]
+__all__ = ["CREASE_RATIO", "Contact", "ContactSettings", "ContactStatistics", "ContactSummary"]
