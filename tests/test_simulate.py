@@ -146,7 +146,10 @@ def tumbling(step, duration=0.02):
 
 
 def test_momentum_of_a_free_sheet_is_kept_to_round_off():
-    """Round-off of q over the step is that of v. Linear momentum; angular momentum L + h^2 / 4 sum v x M q'', what the trapezoidal rule keeps in place of L."""
+    """Linear momentum; angular momentum L + h^2 / 4 sum v x M q'', what the trapezoidal rule keeps in place of L.
+
+    Round-off of v is that of q over the step.
+    """
     deviations = []
     for step in (1e-4, 5e-5, 2.5e-5):
         scene = tumbling(step)

@@ -1,0 +1,51 @@
+"""What a scene does not ask for is not compiled: the kernel cache of a fresh process names what was."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SCRIPT = """
+import json, sys
+import warp_origami as wo
+
+material = {"density": 1420.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.34, "thickness": 5e-4, "model": sys.argv[1]}
+scene = wo.Scene(
+    name="film",
+    analysis={"kind": "dynamic", "duration": 2e-3},
+    pattern={"kind": "sheet", "nx": 2, "ny": 1, "creases_x": [1], "opening": 0.01},
+    material=material,
+    load=[{"kind": "gravity", "acceleration": [0.0, 0.0, -9.81]}],
+    integrator={"step": 1e-3},
+    **({"contact": {"method": sys.argv[2]}} if sys.argv[2] else {}),
+)
+print(json.dumps(wo.simulate(scene, device="cpu").summary))
+"""
+
+MODULES = {"membrane_linear", "membrane_srm", "broadphase", "sts", "nts", "element"}
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "expected"),
+    [
+        ("linear", "", {"membrane_linear", "element"}),
+        ("srm", "sts", {"membrane_srm", "element", "broadphase", "sts"}),
+        ("linear", "nts", {"membrane_linear", "element", "broadphase", "nts"}),
+    ],
+)
+def test_only_what_a_scene_models_is_compiled(tmp_path, model, method, expected):
+    environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path)}
+    command = [sys.executable, "-c", SCRIPT, model, method]
+    output = subprocess.run(
+        command, env=environment, cwd=Path(__file__).parent, check=True, capture_output=True, text=True
+    )
+    compiled = {path.name for path in tmp_path.rglob("wp_*") if path.is_dir()}
+    assert {name for name in MODULES if any(name in folder for folder in compiled)} == expected
+    summary = json.loads(output.stdout.splitlines()[-1])
+    assert {name.rsplit(".", 1)[1] for name in summary["kernel_modules"]} == expected
+    assert f"membrane ({model})" in summary["terms"]
+    assert [term for term in summary["terms"] if "contact" in term] == ([f"contact ({method})"] if method else [])
+    assert (summary["phases"]["contact"] > 0.0) == bool(method)
