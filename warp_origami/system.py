@@ -253,8 +253,8 @@ def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
         ("contact pairs near", f"{contact.pairs} of a point and a layer at the start"),
         (
             "crease rule",
-            f"what counts of the thickness between a point and a layer is at most {CREASE_RATIO:g} of their distance in the flat "
-            f"sheet and at most their distance at the start: {contact.left_out} pairs left out, "
+            f"the thickness that counts between a point and a layer is at most {CREASE_RATIO:g} of their distance in "
+            f"the flat sheet and at most their distance at the start: {contact.left_out} pairs left out, "
             f"{contact.weakened_by_crease} weakened by the first, {contact.weakened_by_start} by the second",
         ),
         ("  faces with a crease", listed(contact.crease_neighbours)),
