@@ -12,7 +12,7 @@ import matplotlib.image
 import numpy as np
 from pxr import Usd, UsdGeom
 
-SIZE = 420
+WIDTH, HEIGHT = 420, 300
 COLUMNS = 3
 SIDES = np.array([[0.30, 0.55, 0.90], [0.96, 0.76, 0.30]])
 LIGHT = np.array([0.25, -0.35, 0.9]) / np.linalg.norm([0.25, -0.35, 0.9])
@@ -26,15 +26,15 @@ def camera(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     axes = np.array([right, np.cross(back, right), back])
     seen = points @ axes.T
     centre = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
-    return axes, centre, 0.92 * SIZE / np.ptp(seen[:, :2], axis=0).max()
+    return axes, centre, 0.94 * (np.array([WIDTH, HEIGHT]) / np.ptp(seen[:, :2], axis=0)).min()
 
 
 def draw(points, triangles, creases, view) -> np.ndarray:
-    """(SIZE, SIZE, 3) picture with a depth buffer."""
+    """(HEIGHT, WIDTH, 3) picture with a depth buffer."""
     axes, centre, scale = view
     seen = points @ axes.T
-    pixels = np.column_stack([scale * (seen[:, :2] - centre[:2]) + SIZE / 2, seen[:, 2]])
-    picture, depth = np.ones((SIZE, SIZE, 3)), np.full((SIZE, SIZE), -np.inf)
+    pixels = np.column_stack([scale * (seen[:, :2] - centre[:2]) + 0.5 * np.array([WIDTH, HEIGHT]), seen[:, 2]])
+    picture, depth = np.ones((HEIGHT, WIDTH, 3)), np.full((HEIGHT, WIDTH), -np.inf)
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-300
@@ -51,7 +51,7 @@ def draw(points, triangles, creases, view) -> np.ndarray:
 def fill(picture, depth, triangle, colour) -> None:
     """One triangle of pixels with depth."""
     low = np.maximum(np.floor(triangle[:, :2].min(axis=0)).astype(int), 0)
-    high = np.minimum(np.ceil(triangle[:, :2].max(axis=0)).astype(int) + 1, SIZE)
+    high = np.minimum(np.ceil(triangle[:, :2].max(axis=0)).astype(int) + 1, [WIDTH, HEIGHT])
     x, y = np.meshgrid(np.arange(low[0], high[0]) + 0.5, np.arange(low[1], high[1]) + 0.5)
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = triangle
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -71,7 +71,7 @@ def stroke(picture, depth, a, b) -> None:
     steps = np.linspace(0.0, 1.0, int(np.linalg.norm(b[:2] - a[:2])) + 2)[:, None]
     line = a + steps * (b - a)
     columns, rows = line[:, :2].astype(int).T
-    inside = (columns >= 0) & (columns < SIZE) & (rows >= 0) & (rows < SIZE)
+    inside = (columns >= 0) & (columns < WIDTH) & (rows >= 0) & (rows < HEIGHT)
     rows, columns, z = rows[inside], columns[inside], line[inside, 2]
     visible = z > depth[rows, columns] - 4e-3
     picture[rows[visible], columns[visible]] *= 0.45
@@ -98,7 +98,7 @@ def main() -> None:
             creases += np.split(np.arange(len(curve_points)) + len(points), np.cumsum(counts)[:-1])
             points = np.concatenate([points, curve_points])
         pictures.append(draw(points, triangles, creases, view))
-    pictures += [np.ones((SIZE, SIZE, 3))] * (-len(pictures) % COLUMNS)
+    pictures += [np.ones((HEIGHT, WIDTH, 3))] * (-len(pictures) % COLUMNS)
     rows = [np.concatenate(pictures[k : k + COLUMNS], axis=1) for k in range(0, len(pictures), COLUMNS)]
     matplotlib.image.imsave(target, np.clip(np.concatenate(rows), 0.0, 1.0))
 
