@@ -20,7 +20,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 
 from .coordinates import Coordinates
 from .mesh import CREASE, Mesh
-from .prescribed import PrescribedRows, Prescriber, prescribed_derivatives, prescribed_values
+from .prescribed import PrescribedRows, Prescriber, prescribed_motion
 
 RANK_TOLERANCE = 1e-9
 CONDITIONING = (0.2, 0.02, 2e-3, 1e-5, RANK_TOLERANCE)
@@ -55,11 +55,11 @@ class Constraints:
 
     def values(self, time: float) -> np.ndarray:
         """(m,) right-hand sides d(t): zero for folds."""
-        return self._pick(prescribed_values(self.prescribers, self.rows, time))
+        return self._pick(prescribed_motion(self.prescribers, self.rows, time)[0])
 
     def derivatives(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """(m,) first and second time derivative of d(t)."""
-        velocity, acceleration = prescribed_derivatives(self.prescribers, self.rows, time)
+        _, velocity, acceleration = prescribed_motion(self.prescribers, self.rows, time)
         return self._pick(velocity), self._pick(acceleration)
 
     def _pick(self, table: np.ndarray) -> np.ndarray:

@@ -136,32 +136,12 @@ def _refuse_conflicts(mesh: Mesh, prescribers: list[Prescriber]) -> None:
             holder[free, c] = k
 
 
-def prescribed_values(prescribers: list[Prescriber], rows: PrescribedRows, time: float) -> np.ndarray:
-    """(k, 3) right-hand sides d(t) of the rows."""
-    values = rows.initial.copy()
-    for k, prescriber in enumerate(prescribers):
-        motion = prescriber.motion
-        if motion is None:
-            continue
-        mine = rows.prescribers == k
-        start = rows.initial[mine]
-        factor = motion.profile(time)
-        if motion.overstretch is not None:
-            values[mine] = start + factor * ((1.0 + motion.overstretch) * rows.deployed[mine] - start)
-            continue
-        rotation = rotation_matrix(motion.axis, factor * motion.angle)
-        centre = np.where(rows.slopes[mine, None], 0.0, motion.centre)
-        shift = np.where(rows.slopes[mine, None], 0.0, factor * motion.translate)
-        values[mine] = centre + (start - centre) @ rotation.T + shift
-    return values
-
-
-def prescribed_derivatives(
+def prescribed_motion(
     prescribers: list[Prescriber], rows: PrescribedRows, time: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 3) first and second time derivatives of the right-hand sides."""
-    velocity = np.zeros_like(rows.initial)
-    acceleration = np.zeros_like(rows.initial)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(k, 3) right-hand sides d(t) of the rows and their first and second time derivatives."""
+    value = rows.initial.copy()
+    velocity, acceleration = np.zeros_like(value), np.zeros_like(value)
     for k, prescriber in enumerate(prescribers):
         motion = prescriber.motion
         if motion is None:
@@ -171,18 +151,16 @@ def prescribed_derivatives(
         f, f1, f2 = (motion.profile(time, order) for order in range(3))
         if motion.overstretch is not None:
             path = (1.0 + motion.overstretch) * rows.deployed[mine] - start
-            velocity[mine], acceleration[mine] = f1 * path, f2 * path
+            value[mine], velocity[mine], acceleration[mine] = start + f * path, f1 * path, f2 * path
             continue
-        arm = (start - np.where(rows.slopes[mine, None], 0.0, motion.centre)) @ rotation_matrix(
-            motion.axis, f * motion.angle
-        ).T
-        spin = np.cross(np.broadcast_to(motion.axis, arm.shape), arm)
-        shift = np.where(rows.slopes[mine, None], 0.0, motion.translate)
-        velocity[mine] = f1 * (motion.angle * spin + shift)
-        acceleration[mine] = f2 * (motion.angle * spin + shift) + (f1 * motion.angle) ** 2 * np.cross(
-            np.broadcast_to(motion.axis, arm.shape), spin
-        )
-    return velocity, acceleration
+        slope = rows.slopes[mine, None]  # slopes turn with the rotation and know nothing of places
+        centre, shift = np.where(slope, 0.0, motion.centre), np.where(slope, 0.0, motion.translate)
+        arm = (start - centre) @ rotation_matrix(motion.axis, f * motion.angle).T
+        spin = motion.angle * np.cross(motion.axis, arm)
+        value[mine] = centre + arm + f * shift
+        velocity[mine] = f1 * (spin + shift)
+        acceleration[mine] = f2 * (spin + shift) + f1**2 * motion.angle * np.cross(motion.axis, spin)
+    return value, velocity, acceleration
 
 
 def rotation_matrix(axis: np.ndarray, angle: float) -> np.ndarray:
