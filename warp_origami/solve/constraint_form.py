@@ -95,8 +95,11 @@ class _EliminatedFactor:
         self.form, self.factor = form, factor
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
+        right = -(self.form.transposed @ gradient)
+        if len(right) == 0:  # everything is prescribed, and LAPACK knows no empty systems
+            return np.zeros_like(gradient)
         with self.form.clock.phase("solve"):
-            return self.form.null_space @ self.factor.solve(-(self.form.transposed @ gradient))
+            return self.form.null_space @ self.factor.solve(right)
 
 
 class Multipliers:
