@@ -77,8 +77,8 @@ def test_swinging_sheet_keeps_its_energy_for_a_second():
 SAG = np.array([-0.40, -1.20, -1.55, -1.10, -0.50, -0.14, -0.33, -1.17, -1.71, -0.94])
 """Mean of z over the 23 x 23 vertices of the reference at 10, 20, ... 100 ms, mm.
 
-That it is the mean over vertices, not over the area, shows at 10 ms: the free fall is 0.4905 mm then, of which the share
-of vertices inside the rim, (21/23)^2, makes 0.409 mm and that of the area 0.447 mm; waves from the rim take some more.
+That it is the mean over vertices, not over the area, shows at 10 ms: the free fall is 0.4905 mm then, of which the
+share of vertices inside the rim, (21/23)^2, makes 0.409 mm and that of the area 0.447 mm; waves from the rim take more.
 """
 
 
