@@ -41,6 +41,8 @@ class Commands(click.Group):
         except InputError as error:
             click.echo(str(error), err=True)
             sys.exit(WRONG_INPUT)
+        except BrokenPipeError:  # whoever read the output, `head` for instance, has seen enough
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         except OSError as error:
             click.echo(f"files: {error}; what was written before stays", err=True)
             sys.exit(FAILED)

@@ -90,10 +90,15 @@ class GeneralizedAlpha:
         auxiliary = acceleration + (self.am - self.af) * step * jerk
         return Kinematics(time, q, v, acceleration, auxiliary, step)
 
+    @property
+    def error_factor(self) -> float:
+        """Local error of q over h^3 q''': beta + (am - af) / 2 - 1/6, a_n being q'' at t_n + (am - af) h."""
+        return self.beta + 0.5 * (self.am - self.af) - 1.0 / 6.0
+
     def constraint_velocity_shift(self, step: float) -> float:
         """Cq h^2, s^2: times q''' along the constraint normals, what v_0 lacks for multipliers of second order from the
         first step on."""
-        return (1.0 / 6.0 - 0.5 * (self.am - self.af) - self.beta) * step**2
+        return -self.error_factor * step**2
 
     def with_step(self, state: Kinematics, step: float) -> Kinematics:
         """The same state with its auxiliary acceleration made for another step size."""
@@ -130,5 +135,5 @@ class GeneralizedAlpha:
         return Kinematics(form.time, q, form.g * (q - form.q_g), acceleration, auxiliary, form.step)
 
     def local_error(self, before: Kinematics, after: Kinematics) -> np.ndarray:
-        """Leading term of the error of q made in the step: (beta - 1/6) h^2 (a_{n+1} - a_n)."""
-        return (self.beta - 1.0 / 6.0) * after.auxiliary_step**2 * (after.auxiliary - before.auxiliary)
+        """Leading term of the error of q made in the step: the error factor times h^2 (a_{n+1} - a_n)."""
+        return self.error_factor * after.auxiliary_step**2 * (after.auxiliary - before.auxiliary)

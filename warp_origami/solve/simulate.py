@@ -33,6 +33,9 @@ CREATED_SHARE = 2e-3
 """A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
 above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
 
+EXPLODED_SHARE = 0.9
+"""A run is ended when this share of its largest energy has been created: what follows has no meaning."""
+
 MOST_HALVINGS = 6
 """How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
 
@@ -195,6 +198,9 @@ class Run:
                 break
             counters, step = counters.rejected(), smaller
             creations.append(outcome.created)
+        if self._has_exploded(outcome):
+            advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
+            return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
         self.system.accept(outcome.kinematics.q)
         if taken < step:  # cut to land on the end
             proposed = max(proposed, step)
@@ -209,6 +215,11 @@ class Run:
         if len(creations) >= MOST_HALVINGS:
             return False
         return len(creations) < 2 or outcome.created < 0.9 * creations[-2]
+
+    def _has_exploded(self, outcome: StepOutcome) -> bool:
+        """Whether nearly all energy there is was created by the method."""
+        largest = outcome.balance.largest
+        return largest > self.resolved_energy and outcome.balance.rise > EXPLODED_SHARE * largest
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self._contacts()[2])

@@ -20,6 +20,10 @@ NEWTON_SHARE = 1e-4
 """Newton tolerance over the tolerance of the step; 1e-3 would do for accuracy, but 1e-4 keeps symmetric motion so."""
 
 
+JERK_SHARE = 1e-3
+"""Time over which q''' of the start is found by a difference of q'', over the first step."""
+
+
 @dataclass(frozen=True)
 class StepOutcome:
     """A tried step.
@@ -76,8 +80,9 @@ class Stepper:
             return (held + free).reshape(q.shape)
 
         a = acceleration(0.0, q, v)
-        ahead = 1e-3 * step
-        jerk = (acceleration(ahead, q + ahead * v + 0.5 * ahead**2 * a, v + ahead * a) - a) / ahead
+        ahead = JERK_SHARE * step
+        # along v only: the further term in a is of higher order and would multiply the round-off of stiff motion
+        jerk = (acceleration(ahead, q + ahead * v, v + ahead * a) - a) / ahead
         held_jerk = (constraints.right_inverse @ (constraints.equations @ jerk.ravel())).reshape(q.shape)
         shifted = v + self.method.constraint_velocity_shift(step) * held_jerk
         kinematics = self.method.start(0.0, q, shifted, a, jerk, step)
