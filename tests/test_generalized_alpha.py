@@ -162,4 +162,4 @@ def test_local_error_estimate_is_of_the_size_of_the_error_of_the_step(radius):
         ratios.append(method.local_error(start, end) / (end.q - np.cos(t + h)))
     print(f"radius {radius}: estimate over error {ratios}")
     assert abs(ratios[-1] - ratios[-2]) < 0.6 * abs(ratios[-2] - ratios[-3])
-    assert 0.95 < ratios[-1] < 3.0
+    assert 0.98 < ratios[-1] < 1.02
