@@ -35,6 +35,15 @@ class Profile:
             return 1.0 if derivative == 0 else 0.0
         return _UNIT_PROFILES[self.kind](s)[derivative] / length**derivative
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """s, times at which the velocity or acceleration of the factor jumps."""
+        if self.kind == "linear":
+            return (self.start, self.end)
+        if self.kind == "trapezoid":
+            return tuple(self.start + share * (self.end - self.start) for share in (0.0, 0.25, 0.75, 1.0))
+        return tuple(float(t) for t in self.table[:, 0]) if self.kind == "table" else ()
+
     def _interpolate(self, time: float, derivative: int) -> float:
         times, factors = self.table.T
         if derivative == 0:

@@ -72,6 +72,12 @@ class EnergyBalance:
         stored = kinetic + strain + contact
         return cls(kinetic, strain, contact, initial=stored, largest=stored)
 
+    def with_impulse(self, kinetic: float) -> "EnergyBalance":
+        """The balance after an impulse of the constraints that left this kinetic energy: the gain is external work."""
+        work = self.external_work + kinetic - self.kinetic
+        new = replace(self, kinetic=kinetic, external_work=work)
+        return replace(new, largest=max(self.largest, new.stored))
+
     def advance(
         self, kinetic: float, strain: float, contact: float, moved: np.ndarray, before: Forces, after: Forces
     ) -> "EnergyBalance":

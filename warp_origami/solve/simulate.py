@@ -10,6 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from warp_origami.clock import PhaseClock
+from warp_origami.errors import InputError
 from warp_origami.scene import Scene
 from warp_origami.system import System
 
@@ -33,7 +34,7 @@ CREATED_SHARE = 2e-3
 """A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
 above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
 
-EXPLODED_SHARE = 0.9
+EXPLODED_SHARE = 0.99
 """A run is ended when this share of its largest energy has been created: what follows has no meaning."""
 
 MOST_HALVINGS = 6
@@ -108,20 +109,23 @@ def simulate(
         scene: what to run.
         observer: told of everything as it happens.
         device: of Warp, "cpu" or "cuda:0"; None: what is faster for the size of the scene.
-        until: s, stop there instead of at the scene's duration.
+        until: s, stop there if that is before the scene's duration.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
         threads: of the linear algebra. One is fastest for small sheets: threads that wait for each other cost more than
             they save.
         clock: wall time by phase, started earlier if more than this call is to be counted.
 
     Raises:
-        InputError: the scene cannot be modelled; nothing has been told to the observer but its phase.
+        InputError: the scene cannot be modelled, or `until` is not a time; the observer knows nothing but its phase.
     """
+    duration = scene.analysis.duration
+    if until is not None and not until > 0.0:
+        raise InputError("until", until, "a time above 0, s")
     clock = clock or PhaseClock()
     observer.phase("compiling kernels and setting up (the first run of a scene compiles for some seconds)")
     with threadpool_limits(threads), _deferred_interrupt() as interrupted:
         system = System(scene, device, clock)
-        run = Run(system, observer, scene.analysis.duration if until is None else until)
+        run = Run(system, observer, duration if until is None else min(until, duration))
         state = run.start() if resume is None else run.resume(resume)
         return run.loop(state, interrupted)
 
@@ -137,10 +141,16 @@ class Run:
             self.probes, self.reactions, self.surface = Probes(system), Reactions(system), Surface(system)
             self.stepper = Stepper(system, self.method)
         self.controller = _controller(scene)
+        self.stops = [*self._kinks(), until]
         strain = RESOLVED_STRAIN * scene.integrator.tolerance
         volume = scene.material.thickness * float(system.mesh.areas.sum())
         self.resolved_energy = 0.5 * scene.material.youngs_modulus * volume * strain**2
         self.fps = None if scene.output.fps == "steps" else float(scene.output.fps)
+
+    def _kinks(self) -> list[float]:
+        """Times of kinks in the profiles of drivers: steps end there."""
+        motions = [prescriber.motion for prescriber in self.system.constraints.prescribers if prescriber.motion]
+        return sorted({t for motion in motions for t in motion.profile.kinks if 0.0 < t < self.until})
 
     def start(self) -> RunState:
         """The initial state, with its first row and frame written."""
@@ -179,8 +189,9 @@ class Run:
     def _advance(self, state: RunState) -> tuple[RunState, Failure | None]:
         """The state after the next accepted step, which is retried with smaller ones as often as needed."""
         step, counters, creations = state.next_step, state.counters, []
+        stop = next(t for t in self.stops if t > state.kinematics.time)
         while True:
-            taken = _fit(step, self.until - state.kinematics.time)
+            taken = _fit(step, stop - state.kinematics.time)
             outcome = self.stepper.try_step(state.kinematics, state.forces, state.balance, taken)
             counters = counters.tried(outcome)
             smaller = self.controller.after_failure(taken)
@@ -193,6 +204,10 @@ class Run:
             accepted, proposed = self.controller.judge(taken, outcome.error)
             if not accepted:
                 counters, step = counters.rejected(), proposed
+                if smaller is None:
+                    return replace(state, counters=counters), Failure(
+                        "the smallest step is not accurate enough", "a larger integrator.tolerance"
+                    )
                 continue
             if smaller is None or not self._creates_energy(outcome, creations):
                 break
@@ -202,8 +217,10 @@ class Run:
             advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
             return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
         self.system.accept(outcome.kinematics.q)
-        if taken < step:  # cut to land on the end
+        if taken < step:  # cut to land on a stop
             proposed = max(proposed, step)
+        if taken == stop - state.kinematics.time:
+            outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
         return self._write(state, outcome, counters, proposed), None
 
     def _creates_energy(self, outcome: StepOutcome, creations: list[float]) -> bool:
@@ -227,8 +244,16 @@ class Run:
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))
             state = replace(state, frames=self._frames(before.kinematics, state.kinematics, before.frames))
+        if state.kinematics.time in self.stops[:-1]:
+            state = self._pass_kink(state)
+        with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
         return state
+
+    def _pass_kink(self, state: RunState) -> RunState:
+        step = self.controller.first
+        kinematics, forces, balance = self.stepper.restart(state.kinematics, state.balance, step)
+        return replace(state, kinematics=kinematics, forces=forces, balance=balance, next_step=step)
 
     def _frames(self, before: Kinematics, after: Kinematics, written: int) -> int:
         if self.fps is None:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import identity, kron
+from scipy.sparse import csc_matrix, identity, kron
 from scipy.sparse.linalg import splu
 
 from warp_origami.system import System
@@ -19,6 +19,9 @@ from .step_potential import StepPotential
 NEWTON_SHARE = 1e-4
 """Newton tolerance over the tolerance of the step; 1e-3 would do for accuracy, but 1e-4 keeps symmetric motion so."""
 
+
+AFTER_KINK = 1e-12
+"""Over the duration: how long after a kink of a profile it is looked at to see what follows."""
 
 JERK_SHARE = 1e-3
 """Time over which q''' of the start is found by a difference of q'', over the first step."""
@@ -58,6 +61,9 @@ class Stepper:
         self.tolerance = system.scene.integrator.tolerance * system.mesh.size
         self.material = system.scene.material
         self.kron_mass = kron(system.mass, identity(3), format="csr")
+        null = system.constraints.null_space
+        self.reduced_mass = splu((null.T @ self.kron_mass @ null).tocsc()) if null.shape[1] else None
+        self.after_kink = AFTER_KINK * system.scene.analysis.duration
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
             size = 3 * system.coordinates.count
@@ -66,33 +72,53 @@ class Stepper:
             )
 
     def start(self, step: float) -> tuple[Kinematics, Forces, EnergyBalance]:
-        """Consistent initial state: q'' from the equations of motion, q''' by a difference of q'' along the motion."""
-        system, constraints = self.system, self.system.constraints
-        q, v = system.q0, system.v0
-        null = constraints.null_space
-        mass = splu((null.T @ self.kron_mass @ null).tocsc()) if null.shape[1] else None
+        """Consistent initial state for a first step (s)."""
+        system = self.system
+        kinematics, forces = self._consistent(0.0, system.q0, system.v0, step)
+        stored = system.evaluate(system.q0)
+        kinetic = system.kinetic_energy(kinematics.v)
+        return kinematics, forces, EnergyBalance.start(kinetic, stored.strain_energy, stored.contact_energy)
+
+    def restart(
+        self, state: Kinematics, balance: EnergyBalance, step: float
+    ) -> tuple[Kinematics, Forces, EnergyBalance]:
+        """The state after a kink of a driver's profile, where prescribed velocities or accelerations jump.
+
+        The constraints act with an impulse, M dv = -C^T Lambda, C dv = jump of d'; its work is the kinetic energy won.
+        """
+        c = self.system.constraints
+        wanted, _ = c.derivatives(state.time + self.after_kink)
+        held = c.right_inverse @ (wanted - c.equations @ state.v.ravel())
+        jump = held - self._free_response(self.kron_mass @ held)
+        v = state.v + jump.reshape(state.v.shape)
+        kinematics, forces = self._consistent(state.time, state.q, v, step)
+        return kinematics, forces, balance.with_impulse(self.system.kinetic_energy(kinematics.v))
+
+    def _consistent(self, time: float, q: np.ndarray, v: np.ndarray, step: float) -> tuple[Kinematics, Forces]:
+        """q'' from the equations of motion, q''' by a difference of q'' along the motion."""
+        c = self.system.constraints
+        start = time + self.after_kink if time > 0.0 else time
+        damping_matrix = self._damping_matrix(q)
 
         def acceleration(time, q, v):
-            _, prescribed = constraints.derivatives(time)
-            held = constraints.right_inverse @ prescribed
-            balance = self._balance_without_inertia(time, q, v) + self.kron_mass @ held
-            free = null @ mass.solve(-(null.T @ balance)) if mass is not None else 0.0
-            return (held + free).reshape(q.shape)
+            _, prescribed = c.derivatives(time)
+            held = c.right_inverse @ prescribed
+            balance = self._balance_without_inertia(time, q, v, damping_matrix) + self.kron_mass @ held
+            return (held - self._free_response(balance)).reshape(q.shape)
 
-        a = acceleration(0.0, q, v)
+        a = acceleration(start, q, v)
         ahead = JERK_SHARE * step
         # along v only: the further term in a is of higher order and would multiply the round-off of stiff motion
-        jerk = (acceleration(ahead, q + ahead * v, v + ahead * a) - a) / ahead
-        held_jerk = (constraints.right_inverse @ (constraints.equations @ jerk.ravel())).reshape(q.shape)
+        jerk = (acceleration(start + ahead, q + ahead * v, v + ahead * a) - a) / ahead
+        held_jerk = (c.right_inverse @ (c.equations @ jerk.ravel())).reshape(q.shape)
         shifted = v + self.method.constraint_velocity_shift(step) * held_jerk
-        kinematics = self.method.start(0.0, q, shifted, a, jerk, step)
-        evaluation = system.evaluate(q)
-        forces = self._forces(kinematics, evaluation.gradient)
-        return (
-            kinematics,
-            forces,
-            EnergyBalance.start(system.kinetic_energy(shifted), evaluation.strain_energy, evaluation.contact_energy),
-        )
+        kinematics = self.method.start(time, q, shifted, a, jerk, step)
+        return kinematics, self._forces(kinematics, self.system.evaluate(q).gradient, damping_matrix)
+
+    def _free_response(self, force: np.ndarray) -> np.ndarray:
+        """(3n,) acceleration of the free coordinates under a force (3n,): T (T^T M T)^-1 T^T force."""
+        null = self.system.constraints.null_space
+        return null @ self.reduced_mass.solve(null.T @ force) if self.reduced_mass is not None else 0.0 * force
 
     def try_step(self, before: Kinematics, forces: Forces, balance: EnergyBalance, step: float) -> StepOutcome:
         """A step of size `step` (s) from an accepted state with its forces and energy balance."""
@@ -103,7 +129,7 @@ class Stepper:
             self.constraint_form,
             form,
             self.system.body_force(form.time).ravel(),
-            self._damping_matrix(before),
+            self._damping_matrix(before.q),
         )
         newton = minimize(potential, self._predictor(form), NEWTON_SHARE * self.tolerance)
         if newton.failure is not None:
@@ -137,23 +163,28 @@ class Stepper:
         prescribed = c.right_inverse @ c.values(form.time)
         return c.null_space @ (c.left_inverse @ (form.predictor.ravel() - prescribed)) + prescribed
 
-    def _damping_matrix(self, before: Kinematics):
+    def _damping_matrix(self, q: np.ndarray) -> csc_matrix | None:
+        """K_0 of stiffness damping at q."""
         if self.full_tangent is None:
             return None
-        linearization = self.system.linearize(before.q)
+        linearization = self.system.linearize(q)
         self.constraint_form.hold_damping(linearization)
         return self.full_tangent.matrix(self.full_tangent.values(linearization.blocks).copy())
 
-    def _balance_without_inertia(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _balance_without_inertia(self, time: float, q: np.ndarray, v: np.ndarray, damping_matrix) -> np.ndarray:
         gradient = self.system.evaluate(q).gradient.ravel()
-        damping = self.material.mass_damping * (self.kron_mass @ v.ravel())
-        return gradient + damping - self.system.body_force(time).ravel()
+        return gradient + self._damping(v, damping_matrix) - self.system.body_force(time).ravel()
+
+    def _damping(self, v: np.ndarray, damping_matrix: csc_matrix | None) -> np.ndarray:
+        """(3n,) damping forces alpha M v + beta K_0 v."""
+        damping = self.material.mass_damping * (self.system.mass @ v).ravel()
+        if damping_matrix is not None:
+            damping = damping + self.material.stiffness_damping * (damping_matrix @ v.ravel())
+        return damping
 
     def _forces(self, state: Kinematics, gradient: np.ndarray, damping_matrix=None) -> Forces:
         body = self.system.body_force(state.time).ravel()
-        damping = self.material.mass_damping * (self.system.mass @ state.v).ravel()
-        if damping_matrix is not None:
-            damping = damping + self.material.stiffness_damping * (damping_matrix @ state.v.ravel())
+        damping = self._damping(state.v, damping_matrix)
         balance = (self.system.mass @ state.acceleration + gradient).ravel() + damping - body
         constraints = self.system.constraints
         return Forces(body, damping, constraints.right_inverse.T @ balance, constraints.values(state.time))

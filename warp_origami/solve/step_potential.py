@@ -9,6 +9,7 @@ K_0 of stiffness damping (55) is the tangent at the start of the step.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from warp_origami.system import Evaluation, System
 
@@ -27,7 +28,7 @@ class StepPotential:
     Attributes:
         system, constraint_form, form: what is solved.
         body_force: (3n,) f at the end of the step.
-        damping_force: K_0 as a function, None without stiffness damping.
+        damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
         evaluation: of the last gradient.
     """
@@ -36,7 +37,7 @@ class StepPotential:
     constraint_form: ConstraintForm
     form: StepForm
     body_force: np.ndarray
-    damping_matrix: object = None
+    damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
     evaluation: Evaluation | None = None
 
