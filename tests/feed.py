@@ -1,5 +1,7 @@
 """A bending sheet told to observers as a run would tell it, without the run."""
 
+import json
+
 import numpy as np
 
 import warp_origami as wo
@@ -45,6 +47,19 @@ def frame(time):
     return Frame(time, bent(SURFACE.flat, time), bent(PATTERN.mesh.vertices, time), fields)
 
 
+def write_fold(path, angle=None):
+    """Two triangles and the crease between them, folded by an angle in degrees or with flat coordinates only."""
+    content = {
+        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
+        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
+        "edges_assignment": ["B", "B", "B", "B", "V"],
+        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
+    }
+    if angle is not None:
+        content["edges_foldAngle"] = [0, 0, 0, 0, angle]
+    path.write_text(json.dumps(content))
+
+
 def feed(observer, told, until, start=0, status="done", kill=False, **extra):
     """Steps of 1/40 s from number `start` until a time; a frame every second step, a checkpoint every fourth.
 
@@ -61,5 +76,6 @@ def feed(observer, told, until, start=0, status="done", kill=False, **extra):
             observer.checkpoint({"number": np.array(k), "q": bent(PATTERN.mesh.vertices, k / 40.0)})
     summary = {"status": status, "scene": told.name, "energy_loss": np.float64("nan"), **extra}
     if not kill:
+        observer.save()
         observer.finish(summary)
     return summary

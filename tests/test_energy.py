@@ -171,3 +171,38 @@ def test_a_taut_sheet_decays_at_the_rate_of_rayleigh_damping(mass_damping, stiff
     assert decay == pytest.approx(expected, rel=5e-3)
     balance = {name: values[-1] for name, values in result.history.items()}
     assert abs(balance["energy_error"]) < 1e-2 * balance["dissipated"]
+
+
+KINKED = {
+    "linear": {"kind": "linear", "start": 0.03, "end": 0.06},
+    "table": {"kind": "table", "table": [[0.0, 0.0], [0.03, 0.0], [0.06, 1.0], [0.1, 1.0]]},
+    "trapezoid": {"kind": "trapezoid"},
+}
+
+
+@pytest.mark.parametrize("step", ["auto", 1e-3])
+@pytest.mark.parametrize("profile", KINKED)
+def test_jumps_of_the_velocity_of_a_driver_do_their_work(profile, step):
+    """A sheet driven as a whole: no strain, all work is kinetic energy, also where the drive starts at once."""
+    driver = {"at": {"all": True}, "translate": [0.0, 0.0, 0.1], "profile": KINKED[profile]}
+    result = run(film(0.1, {}, {"model": "linear"}, driver=[driver], integrator={"step": step}))
+    kinetic = result.history["kinetic_energy"]
+    speed = {"linear": 0.1 / 0.03, "table": 0.1 / 0.03, "trapezoid": 4.0 / 3.0}[profile]
+    assert kinetic.max() == pytest.approx(0.5 * MASS * speed**2, rel=1e-6)
+    assert result.summary["energy_gain"] < 1e-9
+    assert result.summary["energy_loss"] < 1e-9
+    assert kinetic[-1] < 1e-9
+
+
+def test_stiffness_damping_acts_from_the_start():
+    """The first row has the damping force of the initial velocity: doubling beta doubles what it adds."""
+    load = [{"kind": "initial_velocity", "value": [0.0, 0.1, 0.0], "at": {"near": [0.3, 0.3]}}]
+    support = [{"name": "rim", **RIM}]
+    forces = []
+    for beta in (0.0, 1e-6, 2e-6):
+        material = {"model": "linear", "stiffness_damping": beta}
+        scene = film(1e-4, TAUT, material, load=load, support=support, integrator={"step": 1e-5})
+        forces.append(run(scene).reactions["rim"][0])
+    added = [f - forces[0] for f in forces[1:]]
+    assert np.abs(added[0]).max() > 1e-3
+    np.testing.assert_allclose(added[1], 2.0 * added[0], rtol=1e-6, atol=1e-9)

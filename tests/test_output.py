@@ -129,6 +129,7 @@ def test_normals_of_a_sheet_folded_flat_are_unit_vectors(tmp_path):
         [0.5 - np.abs(feed.SURFACE.flat[:, 0] - 0.5), feed.SURFACE.flat[:, 1], 0 * feed.SURFACE.flat[:, 0]]
     )
     directory.frame(Frame(0.0, folded, feed.frame(0.0).nodes, feed.frame(0.0).fields))
+    directory.save()
     directory.finish({"status": "done"})
     _, found = prims(tmp_path / "animation.usdc")
     normals = np.asarray(UsdGeom.Mesh(found["sheet"]).GetNormalsAttr().Get(0))
@@ -235,12 +236,12 @@ def test_run_of_another_scene_is_not_resumed(run):
 
 def test_run_of_another_fold_file_is_not_resumed(tmp_path):
     fold = tmp_path / "x.fold"
-    fold.write_text("{}")
+    feed.write_fold(fold)
     values = feed.scene().model_dump(exclude_none=True) | {"pattern": {"kind": "fold", "file": str(fold)}}
     scene = wo.Scene(**values)
     feed.feed(RunDirectory(tmp_path / "run"), scene, 0.2)
     assert read_run(tmp_path / "run", scene) is not None
-    fold.write_text('{"file_title": "changed"}')
+    feed.write_fold(fold, 90.0)
     with pytest.raises(wo.InputError, match="another pattern"):
         read_run(tmp_path / "run", scene)
 
@@ -255,6 +256,7 @@ def test_checkpoint_never_holds_what_is_not_finite(run):
     directory = RunDirectory(run)
     directory.start(feed.scene(), feed.SURFACE, 1.0)
     directory.checkpoint({"number": np.array(99), "q": np.array([1.0, np.nan])})
+    directory.save()
     directory.finish({"status": "failed"})
     assert read_run(run, feed.scene())["number"] == 40
 
@@ -358,3 +360,19 @@ def test_simulating_from_python_gives_the_rows_of_the_files(tmp_path):
     assert np.array_equal(result.reactions["root"], table(tmp_path / "reactions.csv")[1][:, 1:])
     assert result.frames[0].points.shape == (len(result.surface.flat), 3)
     assert result.summary["status"] == "done"
+
+
+@pytest.mark.parametrize("name", ["checkpoint.npz", "animation.usdc"])
+def test_damaged_files_of_a_run_are_told(run, name):
+    """An empty checkpoint, a checkpoint of another version, junk for an animation: one message, nothing deleted."""
+    (run / name).write_bytes(b"")
+    before = sorted(path.name for path in run.iterdir())
+    with pytest.raises(wo.InputError, match="--resume"):
+        read_run(run, feed.scene())
+        RunDirectory(run).start(feed.scene(), feed.SURFACE, 0.5)
+    assert sorted(path.name for path in run.iterdir()) == before
+
+
+def test_damaged_summary_is_no_finished_run(run):
+    (run / "summary.json").write_text("{")
+    assert not is_finished(run, 1.0)

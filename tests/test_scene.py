@@ -1,10 +1,10 @@
 """Scene files: defaults, round trip, and one message per fault that names key, value and expectation."""
 
 import copy
-import json
 import math
 import tomllib
 
+import feed
 import numpy as np
 import pytest
 
@@ -96,25 +96,12 @@ def test_defaults_are_those_of_the_documentation():
     assert minimal().contact is None
 
 
-def write_fold(path, angle=None):
-    """Two triangles and the crease between them, folded by an angle in degrees or with flat coordinates only."""
-    content = {
-        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
-        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-        "edges_assignment": ["B", "B", "B", "B", "V"],
-        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
-    }
-    if angle is not None:
-        content["edges_foldAngle"] = [0, 0, 0, 0, angle]
-    path.write_text(json.dumps(content))
-
-
 def test_initial_state_is_stowed_where_the_pattern_has_one(tmp_path):
     assert minimal().pattern.initial == "flat"
     assert minimal(pattern={"nx": 2, "creases_x": [1], "opening": 0.1}).pattern.initial == "stowed"
     assert minimal(pattern={"kind": "leaf_in"}).pattern.initial == "stowed"
     for stowed, initial in ((None, "flat"), (90.0, "stowed")):
-        write_fold(tmp_path / "x.fold", stowed)
+        feed.write_fold(tmp_path / "x.fold", stowed)
         assert minimal(pattern={"kind": "fold", "file": str(tmp_path / "x.fold")}).pattern.initial == initial
 
 
@@ -162,7 +149,7 @@ def test_numpy_values_are_as_good_as_python_ones():
 def test_fold_file_is_relative_to_the_scene_file(tmp_path, monkeypatch):
     folder = tmp_path / "scenes"
     folder.mkdir()
-    write_fold(folder / "x.fold")
+    feed.write_fold(folder / "x.fold")
     scene = minimal(pattern={"kind": "fold", "file": str(folder / "x.fold")})
     (folder / "s.toml").write_text(scene.to_toml().replace(str(folder / "x.fold"), "x.fold"))
     monkeypatch.chdir(tmp_path)

@@ -46,7 +46,7 @@ def simulate(
 
     Args:
         scene: from load_scene or made with Scene(...).
-        device: "cpu" or "cuda:0"; None: what is faster for the size of the scene.
+        device: "cpu" (also for None) or "cuda:0".
         until: end earlier than the scene does, s.
         observers: told in addition about every step and frame, for example output.run_directory.RunDirectory(path).
         threads: of the linear algebra on the CPU.

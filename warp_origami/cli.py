@@ -89,13 +89,11 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
 @main.command()
 @scene_argument
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [runs/<scene>].")
-@click.option("--device", metavar="NAME", help="cpu or cuda:0 [what is faster for the size of the scene].")
+@click.option("--device", metavar="NAME", help="cpu or cuda:0 [cpu, until CUDA has been measured].")
 @set_option
 @click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End at time T, s.")
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint in DIR; without one start anew.")
-@click.option(
-    "--threads", type=click.IntRange(min=1), metavar="N", help="Number of CPU threads [what is faster for the scene]."
-)
+@click.option("--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads of the linear algebra [1].")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def run(
     scene: str,
@@ -164,6 +162,8 @@ def _check_folder(folder: Path) -> None:
     existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
     if not existing.is_dir():
         raise InputError("--out", f"{str(existing)!r}, which is a file", "the path of a folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError("--out", f"{str(existing)!r}, which cannot be written to", "a folder that can be written to")
 
 
 def _quiet_warp() -> None:

@@ -16,6 +16,7 @@ from .errors import InputError
 from .model.constraints import build_constraints
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
 from .model.generators import build_pattern
+from .model.locate import locate
 from .model.mesh import Mesh
 from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.profile import Profile
@@ -77,6 +78,7 @@ class System:
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
             of the elements for gradients, m.
         membrane, contact: terms; contact is None for a scene without it.
+        probe_places: of each probe, the elements that touch it (k,) and its area coordinates in them (k, 3).
         device: where the kernels run.
         clock: wall time by phase.
     """
@@ -89,7 +91,7 @@ class System:
                 scene.pattern.kind, scene.pattern.parameters(), scene.directory, scene.pattern.refine
             )
             self.mesh = self.pattern.mesh
-            self.device = choose_device(device, len(self.mesh.triangles))
+            self.device = choose_device(device)
             self.coordinates = number_coordinates(self.mesh)
             flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
             self.q0 = self._initial_coordinates(flat)
@@ -104,6 +106,10 @@ class System:
             self.contact = self._contact(scene) if scene.contact is not None else None
         with clock.phase("setup"):
             self.v0 = self._initial_velocity()
+            self.probe_places = [
+                locate(self.mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
+                for k, probe in enumerate(scene.probe)
+            ]
             self.body_forces = self._body_forces()
 
     def evaluate(self, q: np.ndarray) -> Evaluation:

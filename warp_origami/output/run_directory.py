@@ -44,15 +44,23 @@ class RunDirectory:
         self._next_save = 0.0
 
     def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
-        """Makes the folder, or replaces the files of an earlier run there, or cuts them at `resumed_at`."""
-        self.path.mkdir(parents=True, exist_ok=True)
+        """Makes the folder, or replaces the files of an earlier run there, or cuts them at `resumed_at`.
+
+        Raises:
+            InputError: no folder can be made there.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError("--out", f"{str(self.path)!r} ({error.strerror})", "a folder that can be made") from None
+        animation = Animation(self.path / "animation.usdc", scene, surface, resumed_at)
         stale = FILES if resumed_at is None else ("summary.json",)
         for name in stale:
             (self.path / name).unlink(missing_ok=True)
         write_text(self.path / "scene.toml", scene.to_toml())
         self._identity = pattern_identity(scene)
         self._resumed_at = resumed_at
-        self._animation = Animation(self.path / "animation.usdc", scene, surface, resumed_at)
+        self._animation = animation
 
     def phase(self, name: str) -> None:
         """Nothing to write."""
@@ -133,5 +141,8 @@ def is_finished(path: Path, until: float) -> bool:
     if not summary.exists():
         return False
     reached = last_time(path / "history.csv")
-    done = json.loads(summary.read_text(encoding="utf-8")).get("status") == "done"
+    try:
+        done = json.loads(summary.read_text(encoding="utf-8")).get("status") == "done"
+    except (ValueError, AttributeError):  # damaged: then the checkpoint decides
+        done = False
     return done and reached is not None and reached >= until * (1.0 - 1e-12)

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
+from warp_origami.errors import InputError
 from warp_origami.model.submesh import Submesh
 from warp_origami.scene import Scene
 from warp_origami.solve.records import Frame
@@ -36,7 +37,7 @@ class Animation:
         """An empty animation; with `resumed_at` the frames of the file up to that time (s) are kept.
 
         Raises:
-            OSError: the existing file cannot be read.
+            InputError: the existing file cannot be read.
         """
         self.path = path
         self.surface = surface
@@ -214,9 +215,12 @@ def _extent(points: np.ndarray, margin: float = 0.0) -> Vt.Vec3fArray:
 
 def _opened(path: Path, last: float) -> Sdf.Layer:
     """A copy in memory of an animation without the samples after time code `last`."""
-    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    try:
+        layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    except Tf.ErrorException:  # USD's only way to say what is wrong
+        layer = None
     if layer is None:
-        raise OSError(f"cannot read {path}")
+        raise InputError("--resume", f"{path} that cannot be read", "the animation that this program wrote")
     for prim in [prim for root in layer.rootPrims for prim in [root, *root.nameChildren]]:
         for attribute in prim.attributes:
             for code in layer.ListTimeSamplesForPath(attribute.path):

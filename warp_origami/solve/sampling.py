@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from warp_origami.model.locate import area_coordinates, locate
+from warp_origami.model.locate import area_coordinates
 from warp_origami.model.submesh import Submesh, build_submesh
 from warp_origami.system import System
 from warp_origami.terms.shapes import tabulate
@@ -24,10 +24,7 @@ class Probes:
     def __init__(self, system: System):
         mesh = system.mesh
         self.names = [probe.name for probe in system.scene.probe]
-        found = [
-            locate(mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
-            for k, probe in enumerate(system.scene.probe)
-        ]
+        found = system.probe_places
         self.first = np.cumsum([0] + [len(elements) for elements, _ in found])
         if not found:
             return

@@ -75,11 +75,17 @@ class RunState:
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "RunState":
-        """The state that `arrays` gave."""
+        """The state that `arrays` gave.
+
+        Raises:
+            InputError: they are not those of this version of the program.
+        """
 
         def part(kind, prefix):
             values = {}
             for name in kind.__dataclass_fields__:
+                if f"{prefix}.{name}" not in arrays:
+                    raise InputError("--resume", f"a checkpoint without {prefix}.{name}", "one of this version")
                 value = arrays[f"{prefix}.{name}"]
                 values[name] = value.item() if value.ndim == 0 else value.copy()
             return kind(**values)
@@ -108,7 +114,7 @@ def simulate(
     Args:
         scene: what to run.
         observer: told of everything as it happens.
-        device: of Warp, "cpu" or "cuda:0"; None: what is faster for the size of the scene.
+        device: of Warp, "cpu" (also for None) or "cuda:0".
         until: s, stop there if that is before the scene's duration.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
         threads: of the linear algebra. One is fastest for small sheets: threads that wait for each other cost more than

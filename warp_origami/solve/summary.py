@@ -1,12 +1,16 @@
 """The numbers of a run: counters on the way, summary at the end."""
 
-import resource
 import sys
 from dataclasses import dataclass, replace
+
+import psutil
 
 from warp_origami.system import System
 
 from .energy import EnergyBalance
+
+if sys.platform != "win32":
+    import resource
 
 
 @dataclass(frozen=True)
@@ -70,5 +74,7 @@ def summarize(system: System, stepper, balance: EnergyBalance, counters: Counter
 
 def peak_memory() -> int:
     """Largest resident memory of this process so far, bytes."""
+    if sys.platform == "win32":
+        return psutil.Process().memory_info().peak_wset
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else 1024 * peak
