@@ -15,6 +15,7 @@ from .clock import PhaseClock
 from .errors import InputError
 from .model.constraints import build_constraints
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
+from .model.crossing import find_crossing
 from .model.generators import build_pattern
 from .model.locate import locate
 from .model.mesh import Mesh
@@ -186,6 +187,16 @@ class System:
         )
 
     def _contact(self, scene: Scene) -> Contact:
+        start = self.q0[np.maximum(self.coordinates.positions, 0)]
+        crossing = find_crossing(start, self.mesh.edges, self.mesh.triangles)
+        if crossing is not None:
+            edge, triangle = crossing
+            f, g = self.mesh.faces[[self.mesh.edge_triangles[edge, 0], triangle]]
+            raise InputError(
+                "pattern.initial",
+                f"a state in which faces {f} and {g} cross",
+                "faces that do not pass through each other, for contact keeps every layer on its side",
+            )
         contact = Contact(
             self.mesh,
             self.coordinates,
