@@ -4,11 +4,9 @@ Warp does not mix precisions: a Python literal in a kernel is float32, and ``rea
 it is converted. Constants that are not exact in binary are therefore made here, outside kernels.
 """
 
-import numpy as np
 import warp as wp
 
 real = wp.float64
-numpy_real = np.float64
 
 vec2 = wp.types.vector(length=2, dtype=real)
 vec3 = wp.types.vector(length=3, dtype=real)
