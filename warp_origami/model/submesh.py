@@ -63,7 +63,7 @@ class Submesh:
 
 
 def default_divisions(elements: int) -> int:
-    """Divisions for contact and drawing: about 800 sub-triangles or more, 4 divisions at most, 1 beyond 5000 elements.
+    """Divisions for contact: about 800 sub-triangles or more, 4 divisions at most, 1 beyond 5000 elements.
 
     Contact points must lie closer together than what they are to keep apart; on a fine mesh the elements themselves do
     that. Two divisions stay up to 5000 elements because one plane facet per cubic element is coarse where it bends.
