@@ -1,12 +1,14 @@
-"""Gap and normal force between a slave point and a layer, paper (30), (36), (44): shared by sts and nts.
+"""Gap and normal force between a slave point and a layer, paper (28)-(30), (36), (44): shared by sts and nts.
 
-    delta = x - c,   d = +-|delta|  (sign: side of the layer, by its normal at the closest point c)
-    g = s d - h      where the side s = +1, -1 of the pair is known and c lies inside the layer
-    g = |d| - h      where c lies on the outer boundary of the layer, or s is free (0)
-    dU/dg = k g  for g < 0,   dg/dx = s n,   dg/dx_m = -s w_m n,   n = delta / d
+    delta = x - r(P),   d = +-|delta|  (sign: side of the layer, by its normal at the closest point P)
+    g = s d - h      where the side s = +1, -1 of the pair is known and P lies inside the layer
+    g = |d| - h      where P lies on the outer boundary of the layer, or s is free (0)
+    dU/dg = k g  for g < 0,   dg/dx = s n,   dg/dq_i = -s S_i(P) n,   n = delta / d
 
 h is the effective thickness of the pair; (30) has (th_M + th_S) / 2. The gap is measured to the closest point of the
-whole layer, one force per point and layer: so it is continuous between sub-triangles and never counted twice.
+whole layer, one force per point and layer: so it is continuous between elements and never counted twice. The nearest
+plane sub-triangles of each element start the projection on its cubic surface; dP/dq does not matter, because delta is
+orthogonal to every way that P can go.
 """
 
 import warp as wp
@@ -23,11 +25,33 @@ from .closest_point import (
     normal_of,
     point_of,
 )
-from .precision import real, vec3
+from .precision import real, vec3, vec9
+from .projection import Elements, Foot, element_of, feature_of, project
+from .specht import shape_values
 
 FREE = wp.constant(0)  # side of a pair that may lie on either side: unsigned distance
 UNKNOWN = wp.constant(2)  # side of a pair that was not looked at yet: no force
 NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
+
+ITERATIONS = wp.constant(8)  # of the projection; 2 or 3 settle it in contact range
+SLACK = wp.constant(real(0.25))  # part of the zone by which sub-triangles may be farther than the nearest
+TIE = wp.constant(real(1e-9))  # relative difference of squared distances that are taken to be equal
+
+
+@wp.struct
+class Masters:
+    """Layers: their cubic elements and the sub-triangles of these.
+
+    facets: sub-triangulated surface, those of one element follow each other; corners: area coordinates of the corners
+    of one element's sub-triangles, three each; elements: cubic surface; outer: bits 0-2 side m, bits 3-5 corner m of
+    the element lies on the outer boundary of its layer; zone: distance (m) up to which the cubic surface counts.
+    """
+
+    facets: Surface
+    corners: wp.array(dtype=vec3)
+    elements: Elements
+    outer: wp.array(dtype=wp.int32)
+    zone: real
 
 
 @wp.struct
@@ -50,16 +74,16 @@ class Pairs:
 class Contacts:
     """State of every pair.
 
-    gaps: g, m; forces: dU/dg, N; normals: dg/dx; triangles, weights: closest sub-triangle and area coordinates there;
-    distances: d, m; outer: whether the closest point is on the layer's outer boundary; heights: signed distance from
-    the layer's tangent plane there, m.
+    gaps: g, m; forces: dU/dg, N; normals: dg/dx; elements, shapes: element of the closest point and its shape functions
+    there (these for g < 0 only); distances: d, m; outer: whether the closest point is on the layer's outer boundary;
+    heights: signed distance from the layer's tangent plane there, m.
     """
 
     gaps: wp.array(dtype=real)
     forces: wp.array(dtype=real)
     normals: wp.array(dtype=vec3)
-    triangles: wp.array(dtype=wp.int32)
-    weights: wp.array(dtype=vec3)
+    elements: wp.array(dtype=wp.int32)
+    shapes: wp.array(dtype=vec9)
     distances: wp.array(dtype=real)
     heights: wp.array(dtype=real)
     outer: wp.array(dtype=wp.bool)
@@ -72,8 +96,8 @@ class LayerPoint:
     distance: real
     height: real
     normal: vec3
-    weights: vec3
-    triangle: wp.int32
+    areas: vec3
+    element: wp.int32
     outer: wp.bool
 
 
@@ -104,52 +128,133 @@ def feature_normal(
 
 
 @wp.func
-def layer_point(surface: Surface, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
-    """Closest point to x of the sub-triangles candidates[start:end], all of one layer; triangle -1 beyond `reach`."""
-    p = LayerPoint()
-    p.triangle = -1
-    best = reach * reach
-    feature = INSIDE
-    for k in range(start, end):
-        t = candidates[k]
-        if box_distance_squared(surface, t, x) <= best:
-            weights, here = closest_of(surface, t, x)
-            delta = x - point_of(surface, t, weights)
-            d2 = wp.dot(delta, delta)
-            if d2 < best:
-                best = d2
-                p.weights = weights
-                p.triangle = t
-                feature = here
-    if p.triangle < 0:
-        return p
-    p.outer = is_outer(surface.outer[p.triangle], feature)
-    delta = x - point_of(surface, p.triangle, p.weights)
-    if feature == INSIDE:
-        p.normal = normal_of(surface, p.triangle)
-        p.distance = wp.dot(delta, p.normal)
-        p.height = p.distance
-        return p
-    normal = feature_normal(surface, candidates, start, end, p.triangle, feature)
+def placed(p: LayerPoint, feature: int, outer: int, delta: vec3, normal: vec3):
+    """p with distance, height and direction of `delta` from it; `normal` is that of the layer there."""
+    p.outer = is_outer(outer, feature)
     p.height = wp.dot(delta, normal)
-    p.distance = wp.length(delta)
-    if p.distance > real(0.0):
-        normal = delta / p.distance
-    if p.height < real(0.0):
-        p.distance = -p.distance
-        normal = -normal
     p.normal = normal
+    p.distance = p.height
+    if feature != INSIDE:
+        p.distance = wp.length(delta)
+        if p.distance > real(0.0):
+            p.normal = delta / p.distance
+        if p.height < real(0.0):
+            p.distance = -p.distance
+            p.normal = -p.normal
     return p
 
 
 @wp.func
-def write_contact(pair: int, x: vec3, stiffness: real, reach: real, surface: Surface, pairs: Pairs, contacts: Contacts):
+def element_areas(masters: Masters, triangle: int, weights: vec3):
+    """Element of a sub-triangle, and area coordinates there of a point given by those in the sub-triangle."""
+    per_element = masters.corners.shape[0] // 3
+    element = triangle // per_element
+    first = 3 * (triangle - element * per_element)
+    areas = (
+        weights[0] * masters.corners[first]
+        + weights[1] * masters.corners[first + 1]
+        + weights[2] * masters.corners[first + 2]
+    )
+    return element, areas
+
+
+@wp.func
+def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
+    """Closest point to x of the sub-triangles candidates[start:end], all of one layer; element -1 beyond `reach`."""
+    surface = masters.facets
+    p = LayerPoint()
+    p.element = -1
+    triangle = int(-1)
+    best = reach * reach
+    feature = INSIDE
+    weights = vec3()
+    for k in range(start, end):
+        t = candidates[k]
+        if box_distance_squared(surface, t, x) <= best:
+            there, here = closest_of(surface, t, x)
+            delta = x - point_of(surface, t, there)
+            d2 = wp.dot(delta, delta)
+            if d2 < best:
+                best = d2
+                weights = there
+                triangle = t
+                feature = here
+    if triangle < 0:
+        return p
+    element, areas = element_areas(masters, triangle, weights)
+    p.element = element
+    p.areas = areas
+    normal = normal_of(surface, triangle)
+    if feature != INSIDE:
+        normal = feature_normal(surface, candidates, start, end, triangle, feature)
+    return placed(p, feature, surface.outer[triangle], x - point_of(surface, triangle, weights), normal)
+
+
+@wp.func
+def cubic_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, facet: LayerPoint):
+    """Closest point to x of the cubic surface of the layer whose nearest sub-triangle point is `facet`.
+
+    Every element is projected on that has a sub-triangle almost as near, from the nearest of its own: so the least
+    distance of the layer is found on both sides of a border between elements, where the sub-triangles may order the
+    elements the other way round.
+    """
+    surface = masters.facets
+    per_element = masters.corners.shape[0] // 3
+    farthest = wp.min(wp.abs(facet.distance) + SLACK * masters.zone, masters.zone)
+    nearest = farthest * farthest
+    triangle = int(-1)
+    weights = vec3()
+    best = NO_CONTACT
+    foot = Foot()
+    normal = vec3()
+    total = vec3()
+    p = facet
+    for k in range(start, end):
+        t = candidates[k]
+        element = t // per_element
+        if box_distance_squared(surface, t, x) <= nearest:
+            there, _feature = closest_of(surface, t, x)
+            d2 = wp.length_sq(x - point_of(surface, t, there))
+            if d2 <= nearest:
+                nearest = d2
+                triangle = t
+                weights = there
+        if (k + 1 == end or candidates[wp.min(k + 1, end - 1)] // per_element != element) and triangle >= 0:
+            _same, areas = element_areas(masters, triangle, weights)
+            found = project(x, areas, element_of(masters.elements, element), masters.elements, ITERATIONS)
+            d2 = wp.length_sq(x - found.r)
+            here = wp.normalize(wp.cross(found.x, found.y))
+            if d2 < best * (real(1.0) - TIE):
+                best = d2
+                foot = found
+                normal = here
+                total = here
+                p.element = element
+            elif d2 <= best * (real(1.0) + TIE):
+                total += here
+            nearest = farthest * farthest
+            triangle = -1
+    if best == NO_CONTACT:  # the nearest sub-triangle lies on the border of the zone, within round-off
+        return facet
+    p.areas = foot.areas
+    feature = feature_of(foot.areas)
+    if feature != INSIDE:  # elements that meet in the point
+        normal = wp.normalize(total)
+    return placed(p, feature, masters.outer[p.element], x - foot.r, normal)
+
+
+@wp.func
+def write_contact(
+    pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts
+):
     """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete."""
-    p = layer_point(surface, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
-    if p.triangle < 0:
+    p = facet_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
+    if p.element < 0:
         contacts.gaps[pair] = NO_CONTACT
         contacts.distances[pair] = NO_CONTACT
         return
+    if wp.abs(p.distance) <= masters.zone:
+        p = cubic_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, p)
     side = pairs.sides[pair]
     direction = real(side)
     if p.outer or side == FREE:
@@ -162,8 +267,9 @@ def write_contact(pair: int, x: vec3, stiffness: real, reach: real, surface: Sur
     contacts.gaps[pair] = gap
     contacts.forces[pair] = stiffness * wp.min(gap, real(0.0))
     contacts.normals[pair] = direction * p.normal
-    contacts.triangles[pair] = p.triangle
-    contacts.weights[pair] = p.weights
+    contacts.elements[pair] = p.element
     contacts.distances[pair] = p.distance
     contacts.heights[pair] = p.height
     contacts.outer[pair] = p.outer
+    if gap < real(0.0):
+        contacts.shapes[pair] = shape_values(p.areas, element_of(masters.elements, p.element).c)
