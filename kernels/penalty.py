@@ -34,7 +34,6 @@ UNKNOWN = wp.constant(2)  # side of a pair that was not looked at yet: no force
 NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
 
 ITERATIONS = wp.constant(8)  # of the projection; 2 or 3 settle it in contact range
-SLACK = wp.constant(real(0.25))  # part of the zone by which sub-triangles may be farther than the nearest
 TIE = wp.constant(real(1e-9))  # relative difference of squared distances that are taken to be equal
 
 
@@ -44,13 +43,15 @@ class Masters:
 
     facets: sub-triangulated surface, those of one element follow each other; corners: area coordinates of the corners
     of one element's sub-triangles, three each; elements: cubic surface; outer: bits 0-2 side m, bits 3-5 corner m of
-    the element lies on the outer boundary of its layer; zone: distance (m) up to which the cubic surface counts.
+    the element lies on the outer boundary of its layer; errors: how far the cubic surface may lie from the
+    sub-triangles in an element and those around it, m; zone: distance (m) up to which the cubic surface counts.
     """
 
     facets: Surface
     corners: wp.array(dtype=vec3)
     elements: Elements
     outer: wp.array(dtype=wp.int32)
+    errors: wp.array(dtype=real)
     zone: real
 
 
@@ -200,7 +201,8 @@ def cubic_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
     """
     surface = masters.facets
     per_element = masters.corners.shape[0] // 3
-    farthest = wp.min(wp.abs(facet.distance) + SLACK * masters.zone, masters.zone)
+    farthest = wp.abs(facet.distance) * (real(1.0) + TIE) + real(2.0) * masters.errors[facet.element]
+    farthest = wp.min(farthest, masters.zone)
     nearest = farthest * farthest
     triangle = int(-1)
     weights = vec3()
@@ -244,23 +246,35 @@ def cubic_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
 
 
 @wp.func
-def write_contact(
-    pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts
-):
-    """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete."""
-    p = facet_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
-    if p.element < 0:
-        contacts.gaps[pair] = NO_CONTACT
-        contacts.distances[pair] = NO_CONTACT
-        return
-    if wp.abs(p.distance) <= masters.zone:
-        p = cubic_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, p)
-    side = pairs.sides[pair]
+def side_of(p: LayerPoint, side: int):
+    """+1 or -1: what makes the distance of p a gap for a pair on `side`."""
     direction = real(side)
     if p.outer or side == FREE:
         direction = real(1.0)
         if p.distance < real(0.0):
             direction = real(-1.0)
+    return direction
+
+
+@wp.func
+def write_contact(
+    pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts
+):
+    """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
+
+    Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
+    """
+    p = facet_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
+    if p.element < 0:
+        contacts.gaps[pair] = NO_CONTACT
+        contacts.distances[pair] = NO_CONTACT
+        return
+    side = pairs.sides[pair]
+    gap = side_of(p, side) * p.distance - pairs.thickness[pair]
+    near = gap <= masters.errors[p.element] or side == UNKNOWN
+    if near and wp.abs(p.distance) <= masters.zone:
+        p = cubic_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, p)
+    direction = side_of(p, side)
     gap = direction * p.distance - pairs.thickness[pair]
     if side == UNKNOWN:
         gap = NO_CONTACT

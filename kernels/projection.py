@@ -99,6 +99,8 @@ def project(x: vec3, start: vec3, e: Element, mesh: Elements, iterations: int):
     for _k in range(iterations):
         areas = next_areas(x, foot, e)
         step = areas - foot.areas
+        if wp.length(step) < SETTLED:
+            break
         moved = surface_foot(areas, e, mesh)
         factor = real(1.0)
         for _h in range(HALVINGS):
@@ -107,8 +109,6 @@ def project(x: vec3, start: vec3, e: Element, mesh: Elements, iterations: int):
             factor = real(0.5) * factor
             moved = surface_foot(foot.areas + factor * step, e, mesh)
         foot = moved
-        if wp.length(step) < SETTLED:
-            break
     return foot
 
 

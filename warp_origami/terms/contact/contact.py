@@ -26,7 +26,7 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
 
 from ..buffers import Buffer
-from .masters import build_masters
+from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveKernels
 from .points import build_points
 from .search import LayerPairs, Search
@@ -110,7 +110,6 @@ class Contact:
             settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
         )
         self.name = f"contact ({settings.method})"
-        self.kernel_modules = (broadphase.find_candidates.module.name, *self._kernels.modules)
 
         # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
         # margin balances searching anew against launching on pairs that are still far
@@ -122,10 +121,9 @@ class Contact:
         self._search = Search(self._points, self.submesh, apart, device)
         self._nodes = Buffer(self._points.node_count, vec3, device)
         self._slaves = Buffer(self._points.slave_count, vec3, device)
-        self._q = Buffer(coordinates.count, vec3, device)
-        self._masters = build_masters(
-            mesh, coordinates, k, self._search.surface(self._nodes.array), self._q.array, self._reach, device
-        )
+        facets = self._search.surface(self._nodes.array)
+        self._surfaces = MasterSurfaces(mesh, coordinates, k, facets, self._reach, device)
+        self.kernel_modules = (broadphase.find_candidates.module.name, *self._surfaces.modules, *self._kernels.modules)
 
         start = self._interpolation @ initial_q
         self._table = build_thickness(self._search, self._points, start, self._thickness)
@@ -257,7 +255,7 @@ class Contact:
         self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
         self._nodes.write(positions[: self._points.node_count])
         self._slaves.write(positions[self._points.node_count :])
-        self._q.write(q)
+        self._surfaces.place(q)
 
     def _launch(self) -> None:
         state = self._narrow
@@ -286,7 +284,7 @@ class Contact:
             self._table.of(pairs.keys),
             sides,
             self._slaves.array,
-            self._masters,
+            self._surfaces.masters,
             self._kernels,
             self._reach if reach is None else reach,
             self._device,

@@ -1,0 +1,51 @@
+"""How far the cubic surface of an element lies from its plane sub-triangles, bounded from above.
+
+    r(P) - facet(P) = sum_i e_i2 (r_ix - A_x) + e_i3 (r_iy - A_y)
+
+e = S - (S interpolated in the sub-triangle), A the gradient of the plane through the element's corners, which both
+reproduce. Contact projects on the cubic surface only where this can decide on a force.
+"""
+
+import warp as wp
+
+from .precision import real
+from .projection import Elements, element_of
+
+
+@wp.kernel(enable_backward=False)
+def bound_facet_errors(
+    mesh: Elements,
+    largest: wp.array2d(dtype=real),
+    # out
+    errors: wp.array(dtype=real),
+):
+    """Bound (m) for every element; largest[element] are the largest |e| of its nine shape functions."""
+    number = wp.tid()
+    e = element_of(mesh, number)
+    twice_area = e.c[0, 0] * e.c[1, 1] - e.c[1, 0] * e.c[0, 1]
+    r1 = mesh.q[mesh.rows[number, 0]]
+    r2 = mesh.q[mesh.rows[number, 3]]
+    r3 = mesh.q[mesh.rows[number, 6]]
+    ax = (e.c[0, 0] * r1 + e.c[1, 0] * r2 + e.c[2, 0] * r3) / twice_area
+    ay = (e.c[0, 1] * r1 + e.c[1, 1] * r2 + e.c[2, 1] * r3) / twice_area
+    bound = real(0.0)
+    for i in range(3):
+        bound += largest[number, 3 * i + 1] * wp.length(mesh.q[mesh.rows[number, 3 * i + 1]] - ax)
+        bound += largest[number, 3 * i + 2] * wp.length(mesh.q[mesh.rows[number, 3 * i + 2]] - ay)
+    errors[number] = bound
+
+
+@wp.kernel(enable_backward=False)
+def largest_around(
+    errors: wp.array(dtype=real),
+    starts: wp.array(dtype=wp.int32),
+    around: wp.array(dtype=wp.int32),
+    # out
+    largest: wp.array(dtype=real),
+):
+    """Largest error, m, of the elements around[starts[i] : starts[i + 1]] that share a vertex with element i."""
+    i = wp.tid()
+    bound = real(0.0)
+    for k in range(starts[i], starts[i + 1]):
+        bound = wp.max(bound, errors[around[k]])
+    largest[i] = bound
