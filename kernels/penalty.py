@@ -192,7 +192,9 @@ def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
 
 
 @wp.func
-def cubic_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, facet: LayerPoint):
+def cubic_point(
+    masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, facet: LayerPoint
+):
     """Closest point to x of the cubic surface of the layer whose nearest sub-triangle point is `facet`.
 
     Every element is projected on that has a sub-triangle almost as near, from the nearest of its own: so the least
@@ -257,9 +259,7 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def write_contact(
-    pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts
-):
+def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
     """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
 
     Where the sub-triangles alone say that there is no force, what they say of the distance is kept.

@@ -194,15 +194,14 @@ class Contact:
         self._built_at = None
         self._evaluate(self._accepted_q)
 
-    def _start(
-        self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None
-    ) -> np.ndarray:
+    def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
         """Sides in the start state; returns the layers whose order is unknown."""
         self._place(q)
         self._rebuild()
         if self._narrow is None:
             return np.zeros((0, 2), dtype=int)
         self._launch()
+        self._free_start()
         state = self._narrow
         at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
         if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
@@ -218,6 +217,16 @@ class Contact:
         return unordered_layers(
             self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
         )
+
+    def _free_start(self) -> None:
+        """Limits the thickness where the cubic surface bulges out of the sub-triangles towards a point in the start."""
+        state = self._narrow
+        distances = np.abs(state.distances.read()[state.reached])
+        closer = distances < state.thickness[state.reached]
+        if closer.any():
+            self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
+            self._rebuild()
+            self._launch()
 
     def _take_sides(self) -> None:
         """Sides at the accepted state, which has just been evaluated."""
