@@ -26,13 +26,14 @@ from .closest_point import (
     point_of,
 )
 from .precision import real, vec3, vec9
-from .projection import Elements, Foot, element_of, feature_of, project
+from .projection import FAR, Elements, Foot, element_of, feature_of, project
 from .specht import shape_values
 
 FREE = wp.constant(0)  # side of a pair that may lie on either side: unsigned distance
 UNKNOWN = wp.constant(2)  # side of a pair that was not looked at yet: no force
 NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
 
+NONE = wp.constant(-1)
 ITERATIONS = wp.constant(8)  # of the projection; 2 or 3 settle it in contact range
 TIE = wp.constant(real(1e-9))  # relative difference of squared distances that are taken to be equal
 
@@ -164,8 +165,8 @@ def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
     """Closest point to x of the sub-triangles candidates[start:end], all of one layer; element -1 beyond `reach`."""
     surface = masters.facets
     p = LayerPoint()
-    p.element = -1
-    triangle = int(-1)
+    p.element = NONE
+    triangle = NONE
     best = reach * reach
     feature = INSIDE
     weights = vec3()
@@ -193,9 +194,17 @@ def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
 
 @wp.func
 def cubic_point(
-    masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, facet: LayerPoint
+    masters: Masters,
+    candidates: wp.array(dtype=wp.int32),
+    start: int,
+    end: int,
+    x: vec3,
+    facet: LayerPoint,
+    least: real,
 ):
     """Closest point to x of the cubic surface of the layer whose nearest sub-triangle point is `facet`.
+
+    Where its distance is sure to be above `least`, m, it may be a point near the closest one.
 
     Every element is projected on that has a sub-triangle almost as near, from the nearest of its own: so the least
     distance of the layer is found on both sides of a border between elements, where the sub-triangles may order the
@@ -206,7 +215,7 @@ def cubic_point(
     farthest = wp.abs(facet.distance) * (real(1.0) + TIE) + real(2.0) * masters.errors[facet.element]
     farthest = wp.min(farthest, masters.zone)
     nearest = farthest * farthest
-    triangle = int(-1)
+    triangle = NONE
     weights = vec3()
     best = NO_CONTACT
     foot = Foot()
@@ -225,7 +234,7 @@ def cubic_point(
                 weights = there
         if (k + 1 == end or candidates[wp.min(k + 1, end - 1)] // per_element != element) and triangle >= 0:
             _same, areas = element_areas(masters, triangle, weights)
-            found = project(x, areas, element_of(masters.elements, element), masters.elements, ITERATIONS)
+            found = project(x, areas, element_of(masters.elements, element), masters.elements, ITERATIONS, least)
             d2 = wp.length_sq(x - found.r)
             here = wp.normalize(wp.cross(found.x, found.y))
             if d2 < best * (real(1.0) - TIE):
@@ -237,7 +246,7 @@ def cubic_point(
             elif d2 <= best * (real(1.0) + TIE):
                 total += here
             nearest = farthest * farthest
-            triangle = -1
+            triangle = NONE
     if best == NO_CONTACT:  # the nearest sub-triangle lies on the border of the zone, within round-off
         return facet
     p.areas = foot.areas
@@ -264,7 +273,9 @@ def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Mas
 
     Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
     """
-    p = facet_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
+    start = pairs.starts[pair]
+    end = pairs.ends[pair]
+    p = facet_point(masters, pairs.candidates, start, end, x, reach)
     if p.element < 0:
         contacts.gaps[pair] = NO_CONTACT
         contacts.distances[pair] = NO_CONTACT
@@ -273,7 +284,10 @@ def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Mas
     gap = side_of(p, side) * p.distance - pairs.thickness[pair]
     near = gap <= masters.errors[p.element] or side == UNKNOWN
     if near and wp.abs(p.distance) <= masters.zone:
-        p = cubic_point(masters, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, p)
+        facet = p
+        p = cubic_point(masters, pairs.candidates, start, end, x, facet, pairs.thickness[pair])
+        if side_of(p, side) * p.distance < -pairs.thickness[pair]:  # far on the wrong side
+            p = cubic_point(masters, pairs.candidates, start, end, x, facet, FAR)
     direction = side_of(p, side)
     gap = direction * p.distance - pairs.thickness[pair]
     if side == UNKNOWN:

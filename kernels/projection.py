@@ -15,6 +15,7 @@ from .specht import shape_gradient, shape_values, side_coefficients
 
 HALVINGS = wp.constant(30)
 FARTHER = wp.constant(real(1.0 + 1e-12))  # squared distance that has grown by more than round-off
+FAR = wp.constant(real(1e30))  # m
 SETTLED = wp.constant(real(1e-12))  # change of area coordinates at which the iteration ends
 
 
@@ -93,13 +94,22 @@ def next_areas(x: vec3, foot: Foot, e: Element):
 
 
 @wp.func
-def project(x: vec3, start: vec3, e: Element, mesh: Elements, iterations: int):
-    """Point of the element closest to x, from area coordinates `start`; never farther than the start."""
+def step_length(foot: Foot, step: vec3, e: Element):
+    """Length on the tangent plane, m, of a change of area coordinates."""
+    return wp.length(on_plane(foot, step[0] * e.p1 + step[1] * e.p2 + step[2] * e.p3) - foot.r)
+
+
+@wp.func
+def project(x: vec3, start: vec3, e: Element, mesh: Elements, iterations: int, least: real):
+    """Point of the element closest to x, from area coordinates `start`; never farther than the start.
+
+    Ends early where the distance is sure to stay above `least`, m: all steps to come are shorter than the next one.
+    """
     foot = surface_foot(start, e, mesh)
     for _k in range(iterations):
         areas = next_areas(x, foot, e)
         step = areas - foot.areas
-        if wp.length(step) < SETTLED:
+        if wp.length(step) < SETTLED or wp.length(x - foot.r) - step_length(foot, step, e) > least:
             break
         moved = surface_foot(areas, e, mesh)
         factor = real(1.0)
@@ -139,6 +149,6 @@ def project_points(
 ):
     """Closest point of one element for each point, from area coordinates `starts`."""
     i = wp.tid()
-    foot = project(points[i], starts[i], element_of(mesh, elements[i]), mesh, iterations)
+    foot = project(points[i], starts[i], element_of(mesh, elements[i]), mesh, iterations, FAR)
     areas[i] = foot.areas
     positions[i] = foot.r

@@ -1,4 +1,4 @@
-"""Masters are the cubic elements: where the closest point lies, and that forces act on all coordinates of an element."""
+"""Masters are the cubic elements: where the closest point lies, and forces on all coordinates of an element."""
 
 import numpy as np
 import pytest

@@ -7,8 +7,8 @@ of two touching surfaces is slave to the other, so each pass carries half of eps
 by eps_s |g| per area (two equal free sheets of areal mass m that meet flat separate after pi sqrt(m / (2 eps_s))). A
 node carries the whole eps_n.
 
-Masters are the cubic elements: the nearest plane sub-triangle starts the projection (28), (29) of a slave point on their
-surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
+Masters are the cubic elements: the nearest plane sub-triangle starts the projection (28), (29) of a slave point on
+their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
 """
 
 from dataclasses import dataclass
@@ -300,7 +300,7 @@ class Contact:
         )
 
     def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
-        """Sides of pairs, by name, that have come near since the last accepted state: from there, whole layers; now at q."""
+        """At q: sides of pairs, by name, that have come near since the last accepted state: from there, whole layers."""
         self._place(self._accepted_q)
         keys = self._narrow.keys[where]
         state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
@@ -313,7 +313,7 @@ class Contact:
         self._place(q)
 
     def _forces(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Energy, its gradient, and per active pair the factors (active, n) of the normal in the gradient of the gap."""
+        """Energy, its gradient, and (active, n) factors of the normal in the gradient of each gap."""
         state, active = self._narrow, self._active
         slaves = state.points[active]
         rows = np.concatenate([self._slave_rows[slaves], self._element_rows[state.elements.read()[active]]], axis=1)
