@@ -1,4 +1,4 @@
-"""How far the cubic surface of an element lies from its plane sub-triangles, bounded from above.
+"""How far the cubic surface of an element lies from its plane sub-triangles.
 
     r(P) - facet(P) = sum_i e_i2 (r_ix - A_x) + e_i3 (r_iy - A_y)
 
@@ -8,18 +8,19 @@ reproduce. Contact projects on the cubic surface only where this can decide on a
 
 import warp as wp
 
-from .precision import real
+from .precision import real, vec3
 from .projection import Elements, element_of
 
 
 @wp.kernel(enable_backward=False)
-def bound_facet_errors(
+def find_facet_errors(
     mesh: Elements,
-    largest: wp.array2d(dtype=real),
+    samples: wp.array3d(dtype=real),
+    margin: real,
     # out
     errors: wp.array(dtype=real),
 ):
-    """Bound (m) for every element; largest[element] are the largest |e| of its nine shape functions."""
+    """Largest error (m) of every element, times `margin`; samples[element, k] is e at its point k."""
     number = wp.tid()
     e = element_of(mesh, number)
     twice_area = e.c[0, 0] * e.c[1, 1] - e.c[1, 0] * e.c[0, 1]
@@ -28,11 +29,14 @@ def bound_facet_errors(
     r3 = mesh.q[mesh.rows[number, 6]]
     ax = (e.c[0, 0] * r1 + e.c[1, 0] * r2 + e.c[2, 0] * r3) / twice_area
     ay = (e.c[0, 1] * r1 + e.c[1, 1] * r2 + e.c[2, 1] * r3) / twice_area
-    bound = real(0.0)
-    for i in range(3):
-        bound += largest[number, 3 * i + 1] * wp.length(mesh.q[mesh.rows[number, 3 * i + 1]] - ax)
-        bound += largest[number, 3 * i + 2] * wp.length(mesh.q[mesh.rows[number, 3 * i + 2]] - ay)
-    errors[number] = bound
+    largest = real(0.0)
+    for k in range(samples.shape[1]):
+        error = vec3()
+        for i in range(3):
+            error += samples[number, k, 3 * i + 1] * (mesh.q[mesh.rows[number, 3 * i + 1]] - ax)
+            error += samples[number, k, 3 * i + 2] * (mesh.q[mesh.rows[number, 3 * i + 2]] - ay)
+        largest = wp.max(largest, wp.length_sq(error))
+    errors[number] = margin * wp.sqrt(largest)
 
 
 @wp.kernel(enable_backward=False)

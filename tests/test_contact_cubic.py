@@ -8,7 +8,6 @@ from scipy.sparse.linalg import spsolve
 
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact import Contact
-from warp_origami.terms.contact.masters import facet_errors
 from warp_origami.terms.contact.projection import project
 from warp_origami.terms.inertia import mass_matrix
 from warp_origami.terms.shapes import tabulate
@@ -99,14 +98,13 @@ def test_the_cubic_surface_stays_within_the_bound_of_its_distance_from_sub_trian
     contact = sheets.contact(divisions=divisions)
     contact.gradient(q)
     bounds = contact._surfaces.masters.errors.numpy()
-    assert facet_errors(sheets.mesh, divisions).shape == (len(sheets.mesh.triangles), 9)
     sub = build_submesh(sheets.mesh, divisions)
     fine = build_submesh(sheets.mesh, 12 * divisions)
     corners = (tabulate(sheets.mesh, sub.elements, sub.areas).interpolation(sheets.coordinates) @ q)[sub.triangles]
     surface = tabulate(sheets.mesh, fine.elements, fine.areas).interpolation(sheets.coordinates) @ q
     a, b, c = (sub.flat[sub.triangles[:, k]] for k in range(3))
+    ratios = []
     system = np.linalg.inv(np.stack([b - a, c - a], axis=2))
-    worst = 0.0
     for element in range(len(sheets.mesh.triangles)):
         for t in np.flatnonzero(sub.triangle_elements == element):
             own = np.flatnonzero(fine.elements == element)
@@ -114,6 +112,6 @@ def test_the_cubic_surface_stays_within_the_bound_of_its_distance_from_sub_trian
             weights = np.column_stack([1.0 - local.sum(axis=1), local])
             inside = weights.min(axis=1) > -1e-9
             error = np.linalg.norm(weights[inside] @ corners[t] - surface[own[inside]], axis=1).max()
-            assert error <= bounds[element]
-            worst = max(worst, error / bounds[element])
-    assert worst > 0.2
+            assert error <= bounds[element]  # of it and its neighbours
+            ratios.append(error / bounds[element])
+    assert max(ratios) > 0.5

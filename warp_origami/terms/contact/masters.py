@@ -16,11 +16,11 @@ from warp_origami.model.submesh import build_submesh, sub_triangle_corners
 from ..buffers import Buffer
 from ..shapes import tabulate
 
-SAMPLES = np.array([[0, 1, 1], [1, 0, 1], [1, 1, 0], [2 / 3, 2 / 3, 2 / 3]]) / 2.0
-"""Where the error of a sub-triangle is looked at: its mid-sides and centroid."""
+SAMPLES = np.array([(i, j, 4 - i - j) for i in range(4) for j in range(4) if 1 <= i + j <= 4]) / 4.0
+"""Where the error of a sub-triangle is looked at, area coordinates: multiples of 1/4 but for the corners."""
 
 MARGIN = 1.25
-"""By which the error may be larger elsewhere in the sub-triangle: cubic terms shift the largest from the middle."""
+"""By which the error may be larger elsewhere in the sub-triangle."""
 
 
 class MasterSurfaces:
@@ -38,7 +38,7 @@ class MasterSurfaces:
     def __init__(
         self, mesh: Mesh, coordinates: Coordinates, divisions: int, facets: Surface, zone: float, device: str
     ) -> None:
-        self.modules = (facet_error.bound_facet_errors.module.name,)
+        self.modules = (facet_error.find_facet_errors.module.name,)
         self._q = Buffer(coordinates.count, vec3, device)
         whole = build_submesh(mesh, 1)  # whose sub-triangles are the elements
         side = [1, 2, 4]
@@ -63,7 +63,7 @@ class MasterSurfaces:
         self._launches = [
             wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=device, record_cmd=True)
             for kernel, inputs, outputs in (
-                (facet_error.bound_facet_errors, [elements, shape_errors], [errors]),
+                (facet_error.find_facet_errors, [elements, shape_errors, real(MARGIN)], [errors]),
                 (facet_error.largest_around, [errors, starts, neighbours], [largest]),
             )
         ]
@@ -76,16 +76,15 @@ class MasterSurfaces:
 
 
 def facet_errors(mesh: Mesh, divisions: int) -> np.ndarray:
-    """(ne, 9) largest error with which the sub-triangles interpolate each shape function of each element."""
-    count, corners = len(mesh.triangles), sub_triangle_corners(divisions)
-    result = np.zeros((count, 9))
-    for triangle in corners:
+    """(ne, m, 9) error of each element's shape functions, interpolated in its sub-triangles, at SAMPLES of these."""
+    count = len(mesh.triangles)
+    result = []
+    for triangle in sub_triangle_corners(divisions):
         areas = np.concatenate([triangle, SAMPLES @ triangle])
         elements = np.repeat(np.arange(count), len(areas))
         values = tabulate(mesh, elements, np.tile(areas, (count, 1))).values.reshape(count, len(areas), 9)
-        error = np.abs(values[:, 3:] - np.einsum("sc,ecm->esm", SAMPLES, values[:, :3]))
-        result = np.maximum(result, error.max(axis=1))
-    return MARGIN * result
+        result.append(values[:, 3:] - np.einsum("sc,ecm->esm", SAMPLES, values[:, :3]))
+    return np.concatenate(result, axis=1)
 
 
 def _elements_around(mesh: Mesh) -> csr_matrix:
