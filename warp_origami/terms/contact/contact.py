@@ -300,7 +300,7 @@ class Contact:
         )
 
     def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
-        """At q: sides of pairs, by name, that have come near since the last accepted state: from there, whole layers."""
+        """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
         self._place(self._accepted_q)
         keys = self._narrow.keys[where]
         state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
