@@ -1,12 +1,11 @@
-"""Node-to-surface contact, paper (44): slave points are nodes of the sub-mesh at mesh vertices, creases and free edges.
+"""Node-to-surface contact, paper (44): slave points are all nodes of the sub-mesh.
 
 U = sum_I 1/2 eps_n g_I^2    over nodes I and layers, g_I < 0
 """
 
 import warp as wp
 
-from .closest_point import Surface
-from .penalty import Contacts, Pairs, write_contact
+from .penalty import Contacts, Masters, Pairs, write_contact
 from .precision import real, vec3
 
 
@@ -16,11 +15,11 @@ def nts_contacts(
     stiffness: real,
     reach: real,
     first: int,
-    surface: Surface,
+    masters: Masters,
     pairs: Pairs,
     # out
     contacts: Contacts,
 ):
     """Contact of nodes, one thread per pair; stiffness is eps_n, N/m."""
     pair = first + wp.tid()
-    write_contact(pair, positions[pairs.points[pair]], stiffness, reach, surface, pairs, contacts)
+    write_contact(pair, positions[pairs.points[pair]], stiffness, reach, masters, pairs, contacts)

@@ -1,12 +1,14 @@
-"""Gap and normal force between a slave point and a layer, paper (30), (36), (44): shared by sts and nts.
+"""Gap and normal force between a slave point and a layer, paper (28)-(30), (36), (44): shared by sts and nts.
 
-    delta = x - c,   d = +-|delta|  (sign: side of the layer, by its normal at the closest point c)
-    g = s d - h      where the side s = +1, -1 of the pair is known and c lies inside the layer
-    g = |d| - h      where c lies on the outer boundary of the layer, or s is free (0)
-    dU/dg = k g  for g < 0,   dg/dx = s n,   dg/dx_m = -s w_m n,   n = delta / d
+    delta = x - r(P),   d = +-|delta|  (sign: side of the layer, by its normal at the closest point P)
+    g = s d - h      where the side s = +1, -1 of the pair is known and P lies inside the layer
+    g = |d| - h      where P lies on the outer boundary of the layer, or s is free (0)
+    dU/dg = k g  for g < 0,   dg/dx = s n,   dg/dq_i = -s S_i(P) n,   n = delta / d
 
 h is the effective thickness of the pair; (30) has (th_M + th_S) / 2. The gap is measured to the closest point of the
-whole layer, one force per point and layer: so it is continuous between sub-triangles and never counted twice.
+whole layer, one force per point and layer: so it is continuous between elements and never counted twice. The nearest
+plane sub-triangles of each element start the projection on its cubic surface; dP/dq does not matter, because delta is
+orthogonal to every way that P can go.
 """
 
 import warp as wp
@@ -23,11 +25,35 @@ from .closest_point import (
     normal_of,
     point_of,
 )
-from .precision import real, vec3
+from .precision import real, vec3, vec9
+from .projection import FAR, Elements, Foot, element_of, feature_of, project
+from .specht import shape_values
 
 FREE = wp.constant(0)  # side of a pair that may lie on either side: unsigned distance
 UNKNOWN = wp.constant(2)  # side of a pair that was not looked at yet: no force
 NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
+
+NONE = wp.constant(-1)
+ITERATIONS = wp.constant(8)  # of the projection; 2 or 3 settle it in contact range
+TIE = wp.constant(real(1e-9))  # relative difference of squared distances that are taken to be equal
+
+
+@wp.struct
+class Masters:
+    """Layers: their cubic elements and the sub-triangles of these.
+
+    facets: sub-triangulated surface, those of one element follow each other; corners: area coordinates of the corners
+    of one element's sub-triangles, three each; elements: cubic surface; outer: bits 0-2 side m, bits 3-5 corner m of
+    the element lies on the outer boundary of its layer; errors: how far the cubic surface may lie from the
+    sub-triangles in an element and those around it, m; zone: distance (m) up to which the cubic surface counts.
+    """
+
+    facets: Surface
+    corners: wp.array(dtype=vec3)
+    elements: Elements
+    outer: wp.array(dtype=wp.int32)
+    errors: wp.array(dtype=real)
+    zone: real
 
 
 @wp.struct
@@ -50,16 +76,16 @@ class Pairs:
 class Contacts:
     """State of every pair.
 
-    gaps: g, m; forces: dU/dg, N; normals: dg/dx; triangles, weights: closest sub-triangle and area coordinates there;
-    distances: d, m; outer: whether the closest point is on the layer's outer boundary; heights: signed distance from
-    the layer's tangent plane there, m.
+    gaps: g, m; forces: dU/dg, N; normals: dg/dx; elements, shapes: element of the closest point and its shape functions
+    there (these for g < 0 only); distances: d, m; outer: whether the closest point is on the layer's outer boundary;
+    heights: signed distance from the layer's tangent plane there, m.
     """
 
     gaps: wp.array(dtype=real)
     forces: wp.array(dtype=real)
     normals: wp.array(dtype=vec3)
-    triangles: wp.array(dtype=wp.int32)
-    weights: wp.array(dtype=vec3)
+    elements: wp.array(dtype=wp.int32)
+    shapes: wp.array(dtype=vec9)
     distances: wp.array(dtype=real)
     heights: wp.array(dtype=real)
     outer: wp.array(dtype=wp.bool)
@@ -72,8 +98,8 @@ class LayerPoint:
     distance: real
     height: real
     normal: vec3
-    weights: vec3
-    triangle: wp.int32
+    areas: vec3
+    element: wp.int32
     outer: wp.bool
 
 
@@ -104,66 +130,174 @@ def feature_normal(
 
 
 @wp.func
-def layer_point(surface: Surface, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
-    """Closest point to x of the sub-triangles candidates[start:end], all of one layer; triangle -1 beyond `reach`."""
-    p = LayerPoint()
-    p.triangle = -1
-    best = reach * reach
-    feature = INSIDE
-    for k in range(start, end):
-        t = candidates[k]
-        if box_distance_squared(surface, t, x) <= best:
-            weights, here = closest_of(surface, t, x)
-            delta = x - point_of(surface, t, weights)
-            d2 = wp.dot(delta, delta)
-            if d2 < best:
-                best = d2
-                p.weights = weights
-                p.triangle = t
-                feature = here
-    if p.triangle < 0:
-        return p
-    p.outer = is_outer(surface.outer[p.triangle], feature)
-    delta = x - point_of(surface, p.triangle, p.weights)
-    if feature == INSIDE:
-        p.normal = normal_of(surface, p.triangle)
-        p.distance = wp.dot(delta, p.normal)
-        p.height = p.distance
-        return p
-    normal = feature_normal(surface, candidates, start, end, p.triangle, feature)
+def placed(p: LayerPoint, feature: int, outer: int, delta: vec3, normal: vec3):
+    """p with distance, height and direction of `delta` from it; `normal` is that of the layer there."""
+    p.outer = is_outer(outer, feature)
     p.height = wp.dot(delta, normal)
-    p.distance = wp.length(delta)
-    if p.distance > real(0.0):
-        normal = delta / p.distance
-    if p.height < real(0.0):
-        p.distance = -p.distance
-        normal = -normal
     p.normal = normal
+    p.distance = p.height
+    if feature != INSIDE:
+        p.distance = wp.length(delta)
+        if p.distance > real(0.0):
+            p.normal = delta / p.distance
+        if p.height < real(0.0):
+            p.distance = -p.distance
+            p.normal = -p.normal
     return p
 
 
 @wp.func
-def write_contact(pair: int, x: vec3, stiffness: real, reach: real, surface: Surface, pairs: Pairs, contacts: Contacts):
-    """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete."""
-    p = layer_point(surface, pairs.candidates, pairs.starts[pair], pairs.ends[pair], x, reach)
-    if p.triangle < 0:
-        contacts.gaps[pair] = NO_CONTACT
-        contacts.distances[pair] = NO_CONTACT
-        return
-    side = pairs.sides[pair]
+def element_areas(masters: Masters, triangle: int, weights: vec3):
+    """Element of a sub-triangle, and area coordinates there of a point given by those in the sub-triangle."""
+    per_element = masters.corners.shape[0] // 3
+    element = triangle // per_element
+    first = 3 * (triangle - element * per_element)
+    areas = (
+        weights[0] * masters.corners[first]
+        + weights[1] * masters.corners[first + 1]
+        + weights[2] * masters.corners[first + 2]
+    )
+    return element, areas
+
+
+@wp.func
+def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
+    """Closest point to x of the sub-triangles candidates[start:end], all of one layer; element -1 beyond `reach`."""
+    surface = masters.facets
+    p = LayerPoint()
+    p.element = NONE
+    triangle = NONE
+    best = reach * reach
+    feature = INSIDE
+    weights = vec3()
+    for k in range(start, end):
+        t = candidates[k]
+        if box_distance_squared(surface, t, x) <= best:
+            there, here = closest_of(surface, t, x)
+            delta = x - point_of(surface, t, there)
+            d2 = wp.dot(delta, delta)
+            if d2 < best:
+                best = d2
+                weights = there
+                triangle = t
+                feature = here
+    if triangle < 0:
+        return p
+    element, areas = element_areas(masters, triangle, weights)
+    p.element = element
+    p.areas = areas
+    normal = normal_of(surface, triangle)
+    if feature != INSIDE:
+        normal = feature_normal(surface, candidates, start, end, triangle, feature)
+    return placed(p, feature, surface.outer[triangle], x - point_of(surface, triangle, weights), normal)
+
+
+@wp.func
+def cubic_point(
+    masters: Masters,
+    candidates: wp.array(dtype=wp.int32),
+    start: int,
+    end: int,
+    x: vec3,
+    facet: LayerPoint,
+    least: real,
+):
+    """Closest point to x of the cubic surface of the layer whose nearest sub-triangle point is `facet`.
+
+    Where its distance is sure to be above `least`, m, it may be a point near the closest one.
+
+    Every element is projected on that has a sub-triangle almost as near, from the nearest of its own: so the least
+    distance of the layer is found on both sides of a border between elements, where the sub-triangles may order the
+    elements the other way round.
+    """
+    surface = masters.facets
+    per_element = masters.corners.shape[0] // 3
+    farthest = wp.abs(facet.distance) * (real(1.0) + TIE) + real(2.0) * masters.errors[facet.element]
+    farthest = wp.min(farthest, masters.zone)
+    nearest = farthest * farthest
+    triangle = NONE
+    weights = vec3()
+    best = NO_CONTACT
+    foot = Foot()
+    normal = vec3()
+    total = vec3()
+    p = facet
+    for k in range(start, end):
+        t = candidates[k]
+        element = t // per_element
+        if box_distance_squared(surface, t, x) <= nearest:
+            there, _feature = closest_of(surface, t, x)
+            d2 = wp.length_sq(x - point_of(surface, t, there))
+            if d2 <= nearest:
+                nearest = d2
+                triangle = t
+                weights = there
+        if (k + 1 == end or candidates[wp.min(k + 1, end - 1)] // per_element != element) and triangle >= 0:
+            _same, areas = element_areas(masters, triangle, weights)
+            found = project(x, areas, element_of(masters.elements, element), masters.elements, ITERATIONS, least)
+            d2 = wp.length_sq(x - found.r)
+            here = wp.normalize(wp.cross(found.x, found.y))
+            if d2 < best * (real(1.0) - TIE):
+                best = d2
+                foot = found
+                normal = here
+                total = here
+                p.element = element
+            elif d2 <= best * (real(1.0) + TIE):
+                total += here
+            nearest = farthest * farthest
+            triangle = NONE
+    if best == NO_CONTACT:  # the nearest sub-triangle lies on the border of the zone, within round-off
+        return facet
+    p.areas = foot.areas
+    feature = feature_of(foot.areas)
+    if feature != INSIDE:  # elements that meet in the point
+        normal = wp.normalize(total)
+    return placed(p, feature, masters.outer[p.element], x - foot.r, normal)
+
+
+@wp.func
+def side_of(p: LayerPoint, side: int):
+    """+1 or -1: what makes the distance of p a gap for a pair on `side`."""
     direction = real(side)
     if p.outer or side == FREE:
         direction = real(1.0)
         if p.distance < real(0.0):
             direction = real(-1.0)
+    return direction
+
+
+@wp.func
+def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
+    """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
+
+    Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
+    """
+    start = pairs.starts[pair]
+    end = pairs.ends[pair]
+    p = facet_point(masters, pairs.candidates, start, end, x, reach)
+    if p.element < 0:
+        contacts.gaps[pair] = NO_CONTACT
+        contacts.distances[pair] = NO_CONTACT
+        return
+    side = pairs.sides[pair]
+    gap = side_of(p, side) * p.distance - pairs.thickness[pair]
+    near = gap <= masters.errors[p.element] or side == UNKNOWN
+    if near and wp.abs(p.distance) <= masters.zone:
+        facet = p
+        p = cubic_point(masters, pairs.candidates, start, end, x, facet, pairs.thickness[pair])
+        if side_of(p, side) * p.distance < -pairs.thickness[pair]:  # far on the wrong side
+            p = cubic_point(masters, pairs.candidates, start, end, x, facet, FAR)
+    direction = side_of(p, side)
     gap = direction * p.distance - pairs.thickness[pair]
     if side == UNKNOWN:
         gap = NO_CONTACT
     contacts.gaps[pair] = gap
     contacts.forces[pair] = stiffness * wp.min(gap, real(0.0))
     contacts.normals[pair] = direction * p.normal
-    contacts.triangles[pair] = p.triangle
-    contacts.weights[pair] = p.weights
+    contacts.elements[pair] = p.element
     contacts.distances[pair] = p.distance
     contacts.heights[pair] = p.height
     contacts.outer[pair] = p.outer
+    if gap < real(0.0):
+        contacts.shapes[pair] = shape_values(p.areas, element_of(masters.elements, p.element).c)

@@ -3,63 +3,137 @@
     |x - r(P)| = min over the flat triangle,   inside: (x - r) . r_x = 0, (x - r) . r_y = 0
 
 Gauss-Newton: the surface is replaced by its tangent plane at P, on which the flat triangle becomes a plane triangle;
-the closest point of that triangle is the next P, with the step halved until the distance falls. Its limit fulfils (29),
+the closest point of that triangle is the next P, with the step halved while the distance grows. Its limit fulfils (29),
 or the one-sided conditions on the boundary. The error shrinks by distance times curvature in every iteration.
 """
 
 import warp as wp
 
-from .closest_point import closest_on_triangle
+from .closest_point import CORNER, INSIDE, SIDE, closest_on_triangle
 from .precision import mat33, real, vec2, vec3
 from .specht import shape_gradient, shape_values, side_coefficients
 
 HALVINGS = wp.constant(30)
+FARTHER = wp.constant(real(1.0 + 1e-12))  # squared distance that has grown by more than round-off
+FAR = wp.constant(real(1e30))  # m
+SETTLED = wp.constant(real(1e-12))  # change of area coordinates at which the iteration ends
 
 
 @wp.struct
-class Tangent:
-    """Point of the surface, m, and its derivatives with respect to flat x and y."""
+class Elements:
+    """Flat vertices (m), triangles, the rows of q of each element, and q."""
 
+    vertices: wp.array(dtype=vec2)
+    triangles: wp.array2d(dtype=wp.int32)
+    rows: wp.array2d(dtype=wp.int32)
+    q: wp.array(dtype=vec3)
+
+
+@wp.struct
+class Element:
+    """One element: its number, flat corners (m) and side_coefficients."""
+
+    number: int
+    p1: vec2
+    p2: vec2
+    p3: vec2
+    c: mat33
+
+
+@wp.struct
+class Foot:
+    """Point of an element's surface: area coordinates, position (m), derivatives with respect to flat x and y."""
+
+    areas: vec3
     r: vec3
     x: vec3
     y: vec3
 
 
 @wp.func
-def surface_point(areas: vec3, c: mat33, rows: wp.array2d(dtype=wp.int32), element: int, q: wp.array(dtype=vec3)):
-    """r at area coordinates of an element."""
-    s = shape_values(areas, c)
-    r = vec3()
-    for i in range(9):
-        r += s[i] * q[rows[element, i]]
-    return r
+def element_of(mesh: Elements, number: int):
+    """Corners and coefficients of an element."""
+    e = Element()
+    e.number = number
+    e.p1 = mesh.vertices[mesh.triangles[number, 0]]
+    e.p2 = mesh.vertices[mesh.triangles[number, 1]]
+    e.p3 = mesh.vertices[mesh.triangles[number, 2]]
+    e.c = side_coefficients(e.p1, e.p2, e.p3)
+    return e
 
 
 @wp.func
-def surface_tangent(areas: vec3, c: mat33, rows: wp.array2d(dtype=wp.int32), element: int, q: wp.array(dtype=vec3)):
+def surface_foot(areas: vec3, e: Element, mesh: Elements):
     """r and its derivatives at area coordinates of an element."""
-    t = Tangent()
-    t.r = surface_point(areas, c, rows, element, q)
-    g = shape_gradient(areas, c)
+    foot = Foot()
+    foot.areas = areas
+    s = shape_values(areas, e.c)
+    g = shape_gradient(areas, e.c)
     for i in range(9):
-        t.x += g.x[i] * q[rows[element, i]]
-        t.y += g.y[i] * q[rows[element, i]]
-    return t
+        row = mesh.q[mesh.rows[e.number, i]]
+        foot.r += s[i] * row
+        foot.x += g.x[i] * row
+        foot.y += g.y[i] * row
+    return foot
 
 
 @wp.func
-def on_plane(t: Tangent, step: vec2):
+def on_plane(foot: Foot, step: vec2):
     """Image of a flat step under the tangent map."""
-    return t.r + step[0] * t.x + step[1] * t.y
+    return foot.r + step[0] * foot.x + step[1] * foot.y
 
 
-@wp.struct
-class Elements:
-    """Flat vertices (m), triangles, and the rows of q of each element."""
+@wp.func
+def next_areas(x: vec3, foot: Foot, e: Element):
+    """Area coordinates of the point closest to x of the element's triangle on the tangent plane at `foot`."""
+    at = foot.areas[0] * e.p1 + foot.areas[1] * e.p2 + foot.areas[2] * e.p3
+    areas, _feature = closest_on_triangle(
+        x, on_plane(foot, e.p1 - at), on_plane(foot, e.p2 - at), on_plane(foot, e.p3 - at)
+    )
+    return areas
 
-    vertices: wp.array(dtype=vec2)
-    triangles: wp.array2d(dtype=wp.int32)
-    rows: wp.array2d(dtype=wp.int32)
+
+@wp.func
+def step_length(foot: Foot, step: vec3, e: Element):
+    """Length on the tangent plane, m, of a change of area coordinates."""
+    return wp.length(on_plane(foot, step[0] * e.p1 + step[1] * e.p2 + step[2] * e.p3) - foot.r)
+
+
+@wp.func
+def project(x: vec3, start: vec3, e: Element, mesh: Elements, iterations: int, least: real):
+    """Point of the element closest to x, from area coordinates `start`; never farther than the start.
+
+    Ends early where the distance is sure to stay above `least`, m: all steps to come are shorter than the next one.
+    """
+    foot = surface_foot(start, e, mesh)
+    for _k in range(iterations):
+        areas = next_areas(x, foot, e)
+        step = areas - foot.areas
+        if wp.length(step) < SETTLED or wp.length(x - foot.r) - step_length(foot, step, e) > least:
+            break
+        moved = surface_foot(areas, e, mesh)
+        factor = real(1.0)
+        for _h in range(HALVINGS):
+            if wp.length_sq(x - moved.r) <= FARTHER * wp.length_sq(x - foot.r):
+                break
+            factor = real(0.5) * factor
+            moved = surface_foot(foot.areas + factor * step, e, mesh)
+        foot = moved
+    return foot
+
+
+@wp.func
+def feature_of(areas: vec3):
+    """Where on an element a point lies: INSIDE, SIDE + m (from corner m to corner m + 1) or CORNER + m."""
+    zero = real(0.0)
+    feature = INSIDE
+    for i in range(3):
+        if areas[i] <= zero:
+            feature = SIDE + (i + 1) % 3
+    for i in range(3):
+        if areas[(i + 1) % 3] <= zero and areas[(i + 2) % 3] <= zero:
+            feature = CORNER + i
+    return feature
 
 
 @wp.kernel(enable_backward=False)
@@ -67,7 +141,6 @@ def project_points(
     points: wp.array(dtype=vec3),
     elements: wp.array(dtype=wp.int32),
     starts: wp.array(dtype=vec3),
-    q: wp.array(dtype=vec3),
     mesh: Elements,
     iterations: int,
     # out
@@ -76,25 +149,6 @@ def project_points(
 ):
     """Closest point of one element for each point, from area coordinates `starts`."""
     i = wp.tid()
-    x = points[i]
-    e = elements[i]
-    p1 = mesh.vertices[mesh.triangles[e, 0]]
-    p2 = mesh.vertices[mesh.triangles[e, 1]]
-    p3 = mesh.vertices[mesh.triangles[e, 2]]
-    c = side_coefficients(p1, p2, p3)
-    here = starts[i]
-    t = surface_tangent(here, c, mesh.rows, e, q)
-    for _k in range(iterations):
-        at = here[0] * p1 + here[1] * p2 + here[2] * p3
-        there, _feature = closest_on_triangle(x, on_plane(t, p1 - at), on_plane(t, p2 - at), on_plane(t, p3 - at))
-        step = there - here
-        factor = real(1.0)
-        moved = surface_tangent(here + step, c, mesh.rows, e, q)
-        for _h in range(HALVINGS):
-            if wp.length_sq(x - moved.r) > wp.length_sq(x - t.r):
-                factor = real(0.5) * factor
-                moved = surface_tangent(here + factor * step, c, mesh.rows, e, q)
-        here = here + factor * step
-        t = moved
-    areas[i] = here
-    positions[i] = t.r
+    foot = project(points[i], starts[i], element_of(mesh, elements[i]), mesh, iterations, FAR)
+    areas[i] = foot.areas
+    positions[i] = foot.r

@@ -8,8 +8,7 @@ of eps_s, because each of two surfaces is slave to the other: together they are 
 
 import warp as wp
 
-from .closest_point import Surface
-from .penalty import Contacts, Pairs, write_contact
+from .penalty import Contacts, Masters, Pairs, write_contact
 from .precision import real, vec3
 
 
@@ -19,7 +18,7 @@ def sts_contacts(
     stiffness: wp.array(dtype=real),
     reach: real,
     first: int,
-    surface: Surface,
+    masters: Masters,
     pairs: Pairs,
     # out
     contacts: Contacts,
@@ -27,4 +26,4 @@ def sts_contacts(
     """Contact of integration points, one thread per pair; stiffness (N/m) is eps_s w A / 2 of the pair's point."""
     pair = first + wp.tid()
     point = pairs.points[pair]
-    write_contact(pair, positions[point], stiffness[point], reach, surface, pairs, contacts)
+    write_contact(pair, positions[point], stiffness[point], reach, masters, pairs, contacts)

@@ -25,15 +25,15 @@ scene = wo.Scene(
 print(json.dumps(wo.simulate(scene, device="cpu").summary))
 """
 
-MODULES = {"membrane_linear", "membrane_srm", "broadphase", "sts", "nts", "element"}
+MODULES = {"membrane_linear", "membrane_srm", "broadphase", "facet_error", "sts", "nts", "element"}
 
 
 @pytest.mark.parametrize(
     ("model", "method", "expected"),
     [
         ("linear", "", {"membrane_linear", "element"}),
-        ("srm", "sts", {"membrane_srm", "element", "broadphase", "sts"}),
-        ("linear", "nts", {"membrane_linear", "element", "broadphase", "nts"}),
+        ("srm", "sts", {"membrane_srm", "element", "broadphase", "facet_error", "sts"}),
+        ("linear", "nts", {"membrane_linear", "element", "broadphase", "facet_error", "nts"}),
     ],
 )
 def test_only_what_a_scene_models_is_compiled(tmp_path, model, method, expected):

@@ -72,6 +72,12 @@ def default_divisions(elements: int) -> int:
     return int(np.clip(wanted, 1 if elements > 5000 else 2, 4))
 
 
+def sub_triangle_corners(divisions: int) -> np.ndarray:
+    """Area coordinates (divisions^2, 3, 3) of the corners of an element's sub-triangles, in their order."""
+    lattice, triangles, _ = _lattice(divisions)
+    return lattice[triangles] / divisions
+
+
 def _lattice(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Integer area coordinates (m, 3) of the lattice, its triangles (k^2, 3), the number (k + 1, k + 1) of a point.
 

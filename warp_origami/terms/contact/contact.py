@@ -7,8 +7,8 @@ of two touching surfaces is slave to the other, so each pass carries half of eps
 by eps_s |g| per area (two equal free sheets of areal mass m that meet flat separate after pi sqrt(m / (2 eps_s))). A
 node carries the whole eps_n.
 
-Masters are plane sub-triangles between points of the cubic surface, P = S_c q; slave points lie on the cubic surface
-itself. The distance to the projection (28), (29) on the cubic surface shrinks with the square of the subdivision.
+Masters are the cubic elements: the nearest plane sub-triangle starts the projection (28), (29) of a slave point on
+their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
 """
 
 from dataclasses import dataclass
@@ -26,6 +26,7 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
 
 from ..buffers import Buffer
+from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveKernels
 from .points import build_points
 from .search import LayerPairs, Search
@@ -103,12 +104,12 @@ class Contact:
             mesh, coordinates, self.submesh, settings.method, sts_degree or (2 if k >= 4 else 4)
         )
         self._interpolation = self._points.interpolation
-        self._spread = csr_matrix(self._interpolation.T)
+        self._element_rows = coordinates.elements
+        self._slave_rows, self._slave_shapes = self._points.slave_shapes()
         self._kernels = SlaveKernels(
             settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
         )
         self.name = f"contact ({settings.method})"
-        self.kernel_modules = (broadphase.find_candidates.module.name, *self._kernels.modules)
 
         # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
         # margin balances searching anew against launching on pairs that are still far
@@ -120,24 +121,24 @@ class Contact:
         self._search = Search(self._points, self.submesh, apart, device)
         self._nodes = Buffer(self._points.node_count, vec3, device)
         self._slaves = Buffer(self._points.slave_count, vec3, device)
-        self._surface = self._search.surface(self._nodes.array)
+        facets = self._search.surface(self._nodes.array)
+        self._surfaces = MasterSurfaces(mesh, coordinates, k, facets, self._reach, device)
+        self.kernel_modules = (broadphase.find_candidates.module.name, *self._surfaces.modules, *self._kernels.modules)
 
         start = self._interpolation @ initial_q
         self._table = build_thickness(self._search, self._points, start, self._thickness)
         self._built_at: np.ndarray | None = None
-        self._accepted_positions = start
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
         self._accepted_q = np.array(initial_q)
         self._active = np.zeros(0, dtype=int)
         self._narrow: NarrowPhase | None = None
-        self.coincident_layers = self._start(start, face_orders, pattern_faces)
+        self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
         self._evaluate(q)
         self._accepted_q = np.array(q)
-        self._accepted_positions = self._positions
         self._take_sides()
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -145,28 +146,24 @@ class Contact:
         self._evaluate(q)
         if not len(self._active):
             return 0.0, np.zeros_like(q)
-        rows, coefficients, normals, gaps, forces = self._contacts()
-        return self._gradient(rows, coefficients, normals, gaps, forces)
+        energy, gradient, _ = self._forces(q)
+        return energy, gradient
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
         """Energy, gradient, G (active, 3 n) and weights (active,): the main part (38), (45) is G^T diag(weights) G.
 
-        Row i of G is the gradient of gap i with respect to q.ravel(); weights are the stiffnesses, N/m.
+        Row i of G is the gradient of gap i with respect to q.ravel(), entries of one column to be summed where the
+        slave and the master share a coordinate; weights are the stiffnesses, N/m.
         """
         self._evaluate(q)
         if not len(self._active):
             return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
-        rows, coefficients, normals, gaps, forces = self._contacts()
-        energy, gradient = self._gradient(rows, coefficients, normals, gaps, forces)
-        count = len(rows)
-        gather = csr_matrix(
-            (coefficients.ravel(), rows.ravel(), np.arange(0, 4 * count + 1, 4)), shape=(count, len(self._positions))
-        )
-        scalar = gather @ self._interpolation
-        along = np.repeat(normals, np.diff(scalar.indptr), axis=0)
+        energy, gradient, scalar = self._forces(q)
+        normals = self._narrow.normals.read()[self._active]
+        count, width = len(normals), scalar.indptr[1]
         matrix = csr_matrix(
             (
-                (scalar.data[:, None] * along).ravel(),
+                (scalar.data.reshape(count, width, 1) * normals[:, None]).ravel(),
                 (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
                 3 * scalar.indptr,
             ),
@@ -192,26 +189,24 @@ class Contact:
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
         self._accepted_q = np.array(state["q"])
-        self._accepted_positions = self._interpolation @ self._accepted_q
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
         self._built_at = None
         self._evaluate(self._accepted_q)
 
-    def _start(
-        self, positions: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None
-    ) -> np.ndarray:
+    def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
         """Sides in the start state; returns the layers whose order is unknown."""
-        self._place(positions)
+        self._place(q)
         self._rebuild()
         if self._narrow is None:
             return np.zeros((0, 2), dtype=int)
         self._launch()
+        self._free_start()
         state = self._narrow
         at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
         if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
-            masters = self.submesh.triangle_elements[state.triangles.read()[at]]
-            corners = positions[self.submesh.triangles]
+            masters = state.elements.read()[at]
+            corners = self._positions[self.submesh.triangles]
             normals = pattern_normals(corners, pattern_faces[self.submesh.triangle_elements])
             sides = state.sides.read().copy()
             sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
@@ -222,6 +217,16 @@ class Contact:
         return unordered_layers(
             self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
         )
+
+    def _free_start(self) -> None:
+        """Limits the thickness where the cubic surface bulges out of the sub-triangles towards a point in the start."""
+        state = self._narrow
+        distances = np.abs(state.distances.read()[state.reached])
+        closer = distances < state.thickness[state.reached]
+        if closer.any():
+            self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
+            self._rebuild()
+            self._launch()
 
     def _take_sides(self) -> None:
         """Sides at the accepted state, which has just been evaluated."""
@@ -239,7 +244,7 @@ class Contact:
 
     def _evaluate(self, q: np.ndarray) -> None:
         """Gaps of all pairs at q."""
-        self._place(self._interpolation @ q)
+        self._place(q)
         if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
             self._rebuild()
         state = self._narrow
@@ -249,15 +254,17 @@ class Contact:
         near = np.abs(state.distances.read()[state.reached]) <= self._reach
         unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
         if len(unknown):
-            self._look_up_sides(state.sorted_by_key(unknown))
+            self._look_up_sides(state.sorted_by_key(unknown), q)
             self._launch()
 
-    def _place(self, positions: np.ndarray) -> None:
-        """Brings the points to `positions`."""
+    def _place(self, q: np.ndarray) -> None:
+        """Brings the surface and its points to `q`."""
+        positions = self._interpolation @ q
         self._positions = positions
         self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
         self._nodes.write(positions[: self._points.node_count])
         self._slaves.write(positions[self._points.node_count :])
+        self._surfaces.place(q)
 
     def _launch(self) -> None:
         state = self._narrow
@@ -286,16 +293,15 @@ class Contact:
             self._table.of(pairs.keys),
             sides,
             self._slaves.array,
-            self._surface,
+            self._surfaces.masters,
             self._kernels,
             self._reach if reach is None else reach,
             self._device,
         )
 
-    def _look_up_sides(self, where: np.ndarray) -> None:
-        """Sides of pairs, by name, that have come near since the last accepted state: from that state, whole layers."""
-        here = self._positions
-        self._place(self._accepted_positions)
+    def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
+        """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
+        self._place(self._accepted_q)
         keys = self._narrow.keys[where]
         state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
         state.launch(0.0)
@@ -304,25 +310,20 @@ class Contact:
         sides = self._narrow.sides.read().copy()
         sides[where] = found
         self._narrow.sides.write(sides)
-        self._place(here)
+        self._place(q)
 
-    def _contacts(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Of the active pairs: rows of their four points (m, 4), coefficients, dg/dx (m, 3), gaps (m) and dU/dg (N)."""
+    def _forces(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
+        """Energy, its gradient, and (active, n) factors of the normal in the gradient of each gap."""
         state, active = self._narrow, self._active
-        slaves = self._points.node_count + state.points[active]
-        masters = self.submesh.triangles[state.triangles.read()[active]]
-        rows = np.concatenate([slaves[:, None], masters], axis=1)
-        coefficients = np.concatenate([np.ones((len(active), 1)), -state.weights.read()[active]], axis=1)
-        return rows, coefficients, state.normals.read()[active], state.gaps.read()[active], state.forces.read()[active]
-
-    def _gradient(
-        self, rows: np.ndarray, coefficients: np.ndarray, normals: np.ndarray, gaps: np.ndarray, forces: np.ndarray
-    ) -> tuple[float, np.ndarray]:
-        along = forces[:, None] * normals
-        values = coefficients[:, :, None] * along[:, None, :]
-        places = 3 * rows[:, :, None] + np.arange(3)
-        total = np.bincount(places.ravel(), weights=values.ravel(), minlength=self._positions.size)
-        return float(0.5 * (forces @ gaps)), self._spread @ total.reshape(-1, 3)
+        slaves = state.points[active]
+        rows = np.concatenate([self._slave_rows[slaves], self._element_rows[state.elements.read()[active]]], axis=1)
+        factors = np.concatenate([self._slave_shapes[slaves], -state.shapes.read()[active]], axis=1)
+        count, width = rows.shape
+        starts = np.arange(0, rows.size + 1, width, dtype=np.int32)
+        scalar = csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(count, len(q)))
+        gaps, forces = state.gaps.read()[active], state.forces.read()[active]
+        gradient = scalar.T @ (forces[:, None] * state.normals.read()[active])
+        return float(0.5 * (forces @ gaps)), gradient, scalar
 
 
 def _largest_distance(a: np.ndarray, b: np.ndarray) -> float:

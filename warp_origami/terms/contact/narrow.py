@@ -4,8 +4,7 @@ import numpy as np
 import warp as wp
 
 from warp_origami.kernels import nts, penalty, sts
-from warp_origami.kernels.closest_point import Surface
-from warp_origami.kernels.precision import real, vec3
+from warp_origami.kernels.precision import real, vec3, vec9
 
 from ..buffers import Buffer
 from .search import LayerPairs
@@ -53,7 +52,7 @@ class NarrowPhase:
         sts_count: number of pairs whose slave is an integration point; they come first.
         thickness: (n,) effective thickness, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
-        gaps, forces, normals, triangles, weights, distances, heights, outer: buffers, see penalty.Contacts.
+        gaps, forces, normals, elements, shapes, distances, heights, outer: buffers, see penalty.Contacts.
         reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
@@ -63,7 +62,7 @@ class NarrowPhase:
         thickness: np.ndarray,
         sides: np.ndarray,
         slaves: wp.array,
-        surface: Surface,
+        masters: penalty.Masters,
         kernels: SlaveKernels,
         reach: float,
         device: str,
@@ -98,8 +97,8 @@ class NarrowPhase:
         given.sides = self.sides.array
 
         contacts = penalty.Contacts()
-        kinds = {"normals": vec3, "weights": vec3, "triangles": wp.int32, "outer": wp.bool}
-        for name in ("gaps", "forces", "normals", "triangles", "weights", "distances", "heights", "outer"):
+        kinds = {"normals": vec3, "shapes": vec9, "elements": wp.int32, "outer": wp.bool}
+        for name in ("gaps", "forces", "normals", "elements", "shapes", "distances", "heights", "outer"):
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
             setattr(contacts, name, buffer.array)
@@ -107,7 +106,7 @@ class NarrowPhase:
             wp.launch(
                 kernel,
                 dim=len(found_at),
-                inputs=[slaves, stiffness, real(reach), first, surface, given],
+                inputs=[slaves, stiffness, real(reach), first, masters, given],
                 outputs=[contacts],
                 device=device,
                 record_cmd=True,

@@ -47,6 +47,11 @@ class ContactPoints:
         """Integration points and nodes that are slaves."""
         return self.interpolation.shape[0] - self.node_count
 
+    def slave_shapes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of q (slaves, 9) that move each slave point, and their shape functions there."""
+        slaves = self.interpolation[self.node_count :]
+        return slaves.indices.reshape(-1, 9), slaves.data.reshape(-1, 9)
+
 
 def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method: str, degree: int) -> ContactPoints:
     """Slave points of `method` (mixed, sts, nts) with the quadrature rule of `degree` on every sub-triangle."""

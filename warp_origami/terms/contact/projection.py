@@ -1,4 +1,4 @@
-"""Projection of points on the cubic surface, paper (28), (29): what the sub-triangles of contact approximate."""
+"""Projection of points on the cubic surface, paper (28), (29), from the element's middle: the reference for contact."""
 
 from dataclasses import dataclass
 
@@ -34,6 +34,7 @@ def project(
     given.vertices = wp.array(mesh.vertices, dtype=vec2, device="cpu")
     given.triangles = wp.array(mesh.triangles, dtype=wp.int32, device="cpu")
     given.rows = wp.array(coordinates.elements, dtype=wp.int32, device="cpu")
+    given.q = wp.array(q, dtype=vec3, device="cpu")
     areas, positions = np.zeros((count, 3)), np.zeros((count, 3))
     wp.launch(
         projection.project_points,
@@ -42,7 +43,6 @@ def project(
             wp.array(points, dtype=vec3, device="cpu"),
             wp.array(np.asarray(elements, dtype=np.int32), device="cpu"),
             wp.array(np.full((count, 3), 1.0 / 3.0), dtype=vec3, device="cpu"),
-            wp.array(q, dtype=vec3, device="cpu"),
             given,
             ITERATIONS,
         ],

@@ -45,6 +45,16 @@ class ThicknessTable:
             result[known] = self.values[place[known]]
         return result
 
+    def limited(self, keys: np.ndarray, distances: np.ndarray) -> "ThicknessTable":
+        """Table in which given pairs have at most their distance in the start, m, to the cubic surface."""
+        names = np.union1d(self.keys, keys)
+        limits = np.full(len(names), np.inf)
+        limits[np.searchsorted(names, keys)] = (1.0 - 1e-9) * distances
+        by_crease = np.zeros(len(names), dtype=bool)
+        by_crease[np.searchsorted(names, self.keys)] = self.by_crease
+        values = self.of(names)
+        return ThicknessTable(self.thickness, names, np.minimum(values, limits), by_crease & (values <= limits))
+
 
 def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, thickness: float) -> ThicknessTable:
     """Effective thickness with the points of the start (nodes, then slaves; (n, 3), m)."""
