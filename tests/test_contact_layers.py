@@ -1,11 +1,14 @@
 """What counts as thickness between layers of a folded sheet, and on which side they lie."""
 
+import json
+
 import numpy as np
 import pytest
 from contact_cases import EPS_S, THICKNESS, TwoSheets, settings
 from contact_meshes import grid, mesh_of
 
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
+from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.leaf_in import leaf_in
 from warp_origami.terms.contact import Contact
 from warp_origami.terms.contact.thickness import CREASE_RATIO
@@ -131,3 +134,21 @@ def test_face_orders_say_which_of_coincident_layers_lies_above(above, given):
     assert sheets.force(contact, sheets.at(-above * g))[2] == pytest.approx(above * EPS_S * g * 0.09, rel=1e-6)
     contact.accept(sheets.at(-above * g))
     assert sheets.force(contact, sheets.at(-above * g))[2] == pytest.approx(above * EPS_S * g * 0.09, rel=1e-6)
+
+
+def test_lips_of_a_cut_do_not_coincide(tmp_path):
+    """The two sides of a cut touch along a line; no layer lies on another, and nothing pushes them apart."""
+    content = {
+        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
+        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
+        "edges_assignment": ["B", "B", "B", "B", "C"],
+        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
+    }
+    (tmp_path / "cut.fold").write_text(json.dumps(content))
+    mesh = read_fold(tmp_path / "cut.fold").mesh
+    coordinates = number_coordinates(mesh)
+    flat = affine_coordinates(mesh, coordinates, np.pad(mesh.vertices, ((0, 0), (0, 1))))
+    contact = Contact(mesh, coordinates, settings("mixed"), flat)
+    assert len(np.unique(mesh.faces)) == 2
+    assert len(contact.coincident_layers) == 0
+    assert contact.gradient(flat)[0] == 0.0

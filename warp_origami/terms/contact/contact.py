@@ -213,7 +213,8 @@ class Contact:
             state.sides.write(sides)
         self._take_sides()
         self._launch()
-        unknown = at[state.sides.read()[at] == FREE]
+        # points on the rim of a layer only touch it, as the lips of a cut do: no layer lies on another there
+        unknown = at[(state.sides.read()[at] == FREE) & ~state.outer.read()[at]]
         return unordered_layers(
             self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
         )

@@ -11,7 +11,7 @@ from .search import LayerPairs
 
 
 class SlaveKernels:
-    """The kernels of a contact method; Warp compiles the module of a kernel when it is first launched, so only these.
+    """The kernels of a contact method, compiled now rather than when layers first come near each other in mid-run.
 
     Args:
         method: mixed, sts or nts.
@@ -32,6 +32,9 @@ class SlaveKernels:
         if method in ("nts", "mixed"):
             self.nts = nts.nts_contacts
             self.modules += (self.nts.module.name,)
+        for kernel in (self.sts, self.nts):
+            if kernel is not None:
+                kernel.module.load(wp.get_device(device))
 
     def stiffness_of(self, points: np.ndarray) -> np.ndarray:
         """Stiffness of slave points, N/m."""
