@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .mesh import BOUNDARY, CREASE, Mesh
+from .mesh import CREASE, Mesh
 
 
 @dataclass(frozen=True)
@@ -26,34 +26,24 @@ class Submesh:
         elements: (np,) int32 an element that each point belongs to.
         areas: (np, 3) area coordinates of the point in that element.
         flat: (np, 2) flat coordinates, m.
-        mesh_vertices: (np,) int32 the mesh vertex at the point, -1 where there is none.
-        on_edges: (np,) int8 kind of the mesh edges through the point: BOUNDARY, else CREASE, else SMOOTH (0).
         triangles: (nt, 3) int32 points of each sub-triangle, counter-clockwise in the flat sheet.
         triangle_elements: (nt,) int32 element of each sub-triangle.
         triangle_faces: (nt,) int32 mesh face of each sub-triangle.
         outer_edges: (nt, 3) bool, side m (from corner m to corner m + 1) lies on the outer boundary of the face.
         outer_corners: (nt, 3) bool, corner m lies on the outer boundary of the face.
         creases: (nc, k + 1) int32 points along every CREASE edge of the mesh.
-        rim: (nb, k + 1) int32 points along every BOUNDARY edge of the mesh.
-        crease_edges: (nc,) int32 mesh edge of each row of creases.
-        rim_edges: (nb,) int32 mesh edge of each row of rim.
     """
 
     divisions: int
     elements: np.ndarray
     areas: np.ndarray
     flat: np.ndarray
-    mesh_vertices: np.ndarray
-    on_edges: np.ndarray
     triangles: np.ndarray
     triangle_elements: np.ndarray
     triangle_faces: np.ndarray
     outer_edges: np.ndarray
     outer_corners: np.ndarray
     creases: np.ndarray
-    rim: np.ndarray
-    crease_edges: np.ndarray
-    rim_edges: np.ndarray
 
     @cached_property
     def triangle_areas(self) -> np.ndarray:
@@ -152,22 +142,13 @@ def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
     edge, reverse = _element_edges(mesh)
     element_points = _element_points(mesh, k, lattice, number, edge, reverse)
     _, first = np.unique(element_points, return_index=True)  # one element and lattice point of every point
-    count = len(first)
     elements = (first // len(lattice)).astype(np.int32)
     areas = lattice[first % len(lattice)] / k
     flat = np.einsum("pk,pkd->pd", areas, mesh.vertices[mesh.triangles[elements]])
-    mesh_vertices = np.full(count, -1, dtype=np.int32)
     used = np.unique(mesh.triangles)
-    mesh_vertices[: len(used)] = used
     flat[: len(used)] = mesh.vertices[used]
 
-    crease_edges = np.flatnonzero(mesh.edge_kinds == CREASE).astype(np.int32)
-    rim_edges = np.flatnonzero(mesh.edge_kinds == BOUNDARY).astype(np.int32)
-    creases, rim = _edge_points(mesh, k, crease_edges), _edge_points(mesh, k, rim_edges)
-    on_edges = np.zeros(count, dtype=np.int8)
-    on_edges[creases] = CREASE
-    on_edges[rim] = BOUNDARY
-
+    creases = _edge_points(mesh, k, np.flatnonzero(mesh.edge_kinds == CREASE))
     triangles = element_points[:, local].reshape(-1, 3).astype(np.int32)
     triangle_elements = np.repeat(np.arange(ne, dtype=np.int32), k * k)
     triangle_faces = mesh.faces[triangle_elements].astype(np.int32)
@@ -177,17 +158,12 @@ def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
         elements=elements,
         areas=areas,
         flat=flat,
-        mesh_vertices=mesh_vertices,
-        on_edges=on_edges,
         triangles=triangles,
         triangle_elements=triangle_elements,
         triangle_faces=triangle_faces,
         outer_edges=outer_edges,
         outer_corners=outer_corners,
         creases=creases,
-        rim=rim,
-        crease_edges=crease_edges,
-        rim_edges=rim_edges,
     )
 
 
