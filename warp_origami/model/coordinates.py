@@ -8,9 +8,8 @@ condition (48) between sectors is left to the constraints. Source: paper (6), (4
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from .connectivity import corner_fans
 from .mesh import SMOOTH, Mesh
 
 
@@ -40,16 +39,7 @@ class Coordinates:
 def number_coordinates(mesh: Mesh) -> Coordinates:
     """Numbers r of every vertex and r_x, r_y of every face sector around it."""
     ne, nv = len(mesh.triangles), len(mesh.vertices)
-    corner = {(int(v), e): 3 * e + k for e, tri in enumerate(mesh.triangles) for k, v in enumerate(tri)}
-    links = [
-        (corner[v, e], corner[v, f])
-        for (a, b), (e, f), kind in zip(mesh.edges.tolist(), mesh.edge_triangles.tolist(), mesh.edge_kinds, strict=True)
-        if kind == SMOOTH
-        for v in (a, b)
-    ]
-    i, j = np.array(links, dtype=int).reshape(-1, 2).T
-    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(3 * ne, 3 * ne))
-    _, labels = connected_components(graph, directed=False)
+    labels = corner_fans(mesh.triangles, mesh.edges, mesh.edge_triangles, mesh.edge_kinds == SMOOTH).ravel()
 
     vertex_of_corner = mesh.triangles.ravel()
     _, first, sector = np.unique(labels, return_index=True, return_inverse=True)

@@ -87,25 +87,6 @@ def _lattice(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.stack([k - i - j, i, j], axis=1), np.array(triangles), number
 
 
-def _element_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Mesh edge of each side of each element (ne, 3) and whether the side runs against the edge's direction."""
-    edge = np.full((len(mesh.triangles), 3), -1)
-    reverse = np.zeros((len(mesh.triangles), 3), dtype=bool)
-    for side in range(2):
-        # the sides of an edge's element are told apart by its vertices; by element, because the two lips of a slit
-        # may have the same two vertices
-        d = np.flatnonzero(mesh.edge_triangles[:, side] >= 0)
-        t = mesh.edge_triangles[d, side]
-        for m in range(3):
-            a, b = mesh.triangles[t, m], mesh.triangles[t, (m + 1) % 3]
-            forward = (a == mesh.edges[d, 0]) & (b == mesh.edges[d, 1])
-            backward = (a == mesh.edges[d, 1]) & (b == mesh.edges[d, 0])
-            here = forward | backward
-            edge[t[here], m] = d[here]
-            reverse[t[here], m] = backward[here]
-    return edge, reverse
-
-
 def _element_points(mesh: Mesh, k: int, lattice: np.ndarray, number: np.ndarray, edge, reverse) -> np.ndarray:
     """(ne, m) point of every lattice point of every element."""
     ne = len(mesh.triangles)
@@ -139,7 +120,8 @@ def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
     """Splits every element of `mesh` into divisions^2 sub-triangles; every mesh edge must belong to an element."""
     k, ne = divisions, len(mesh.triangles)
     lattice, local, number = _lattice(k)
-    edge, reverse = _element_edges(mesh)
+    edge = mesh.element_edges
+    reverse = mesh.edges[edge, 0] != mesh.triangles  # the side runs against the edge's direction
     element_points = _element_points(mesh, k, lattice, number, edge, reverse)
     _, first = np.unique(element_points, return_index=True)  # one element and lattice point of every point
     elements = (first // len(lattice)).astype(np.int32)
