@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 import numpy as np
-from contact_meshes import joined, mesh_of
 
+from contact_meshes import joined, mesh_of
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.terms.contact import Contact
 

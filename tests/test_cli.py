@@ -5,10 +5,10 @@ import subprocess
 import sys
 import types
 
-import feed
 import pytest
 from click.testing import CliRunner
 
+import feed
 from warp_origami.cli import main
 from warp_origami.errors import InputError
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from membrane_cases import field_coordinates, linear_field, rotation
-from runs import film, system_of
 from scipy.sparse import identity
 from scipy.spatial import Delaunay
 
+from membrane_cases import field_coordinates, linear_field, rotation
+from runs import film, system_of
 from warp_origami.model.constraints import build_constraints
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.model.generators.leaf_in import leaf_in

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from contact_cases import EPS_N, EPS_S, THICKNESS, TwoSheets, settings, wavy
 from contact_meshes import grid, mesh_of
-
 from warp_origami.errors import InputError
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.terms.contact import Contact

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from contact_cases import EPS_S, THICKNESS, TwoSheets, settings, wavy
-from contact_meshes import grid
 from scipy.sparse.linalg import spsolve
 
+from contact_cases import EPS_S, THICKNESS, TwoSheets, settings, wavy
+from contact_meshes import grid
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact import Contact
 from warp_origami.terms.contact.projection import project

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
+
 from contact_cases import EPS_S, THICKNESS, TwoSheets, settings
 from contact_meshes import grid, mesh_of
-
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.leaf_in import leaf_in

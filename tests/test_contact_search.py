@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import warp as wp
-from contact_cases import TwoSheets, settings
-from contact_meshes import grid, mesh_of
 from warp_origami.kernels.precision import vec3
 
+from contact_cases import TwoSheets, settings
+from contact_meshes import grid, mesh_of
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact import Contact

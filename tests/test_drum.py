@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from membrane_cases import Film, field_coordinates, linear_field, square_mesh
 from scipy.linalg import eigh
 
+from membrane_cases import Film, field_coordinates, linear_field, square_mesh
 from warp_origami.model.coordinates import number_coordinates
 from warp_origami.terms.inertia import mass_matrix
 from warp_origami.terms.membrane import Membrane

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from runs import GRAVITY, film, run
 
+from runs import GRAVITY, film, run
 from warp_origami.solve.energy import EnergyBalance, Forces
 
 MASS = 1420.0 * 5e-4 * 0.36

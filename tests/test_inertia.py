@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from membrane_cases import distorted_sheet, field_coordinates, linear_field
 
+from membrane_cases import distorted_sheet, field_coordinates, linear_field
 from warp_origami.model.coordinates import number_coordinates
 from warp_origami.model.mesh import build_mesh
 from warp_origami.terms.inertia import mass_matrix

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import warp as wp
-from membrane_cases import Film, distorted_sheet, field_coordinates, linear_field, rotation
 
+from membrane_cases import Film, distorted_sheet, field_coordinates, linear_field, rotation
 from warp_origami.errors import InputError
 from warp_origami.terms.membrane import Membrane
 from warp_origami.terms.quadrature import rule

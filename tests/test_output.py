@@ -3,11 +3,11 @@
 import csv
 import json
 
-import feed
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdValidation
 
+import feed
 import warp_origami as wo
 from warp_origami.output import run_directory
 from warp_origami.output.colours import colour

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from membrane_cases import rotation
 from runs import GRAVITY, film, run, system_of
-
 from warp_origami.errors import InputError
 
 BOTTOM = {"box": [[0.0, 0.0], [0.6, 0.0]]}

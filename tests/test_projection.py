@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from contact_meshes import mesh_of
 
+from contact_meshes import mesh_of
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact.projection import project

@@ -4,10 +4,10 @@ import copy
 import math
 import tomllib
 
-import feed
 import numpy as np
 import pytest
 
+import feed
 import warp_origami as wo
 from warp_origami.scene.files import load_scene
 

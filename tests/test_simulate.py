@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from runs import GRAVITY, film, run, system_of
 
 import warp_origami as wo
+from runs import GRAVITY, film, run, system_of
 from warp_origami.cli import main
 from warp_origami.errors import NumericalFailure
 

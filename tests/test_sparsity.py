@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from membrane_cases import distorted_sheet
 from scipy.sparse import csr_matrix, identity, random_array
 
+from membrane_cases import distorted_sheet
 from warp_origami.terms.sparsity import ReducedSparsity
 
 PAIRS = np.triu_indices(9)

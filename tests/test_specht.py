@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from membrane_cases import distorted_sheet, field_coordinates
 
+from membrane_cases import distorted_sheet, field_coordinates
 from warp_origami.terms.shapes import tabulate
 
 

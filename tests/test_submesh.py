@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from contact_meshes import grid, joined, mesh_of
 
+from contact_meshes import grid, joined, mesh_of
 from warp_origami.model.coordinates import number_coordinates
 from warp_origami.model.mesh import BOUNDARY, CREASE
 from warp_origami.model.submesh import build_submesh

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from contact_cases import wavy
-from runs import GRAVITY, film, system_of
 
 import warp_origami as wo
+from contact_cases import wavy
+from runs import GRAVITY, film, system_of
 from warp_origami.errors import InputError
 from warp_origami.solve.constraint_form import make_constraint_form
 from warp_origami.solve.generalized_alpha import GeneralizedAlpha

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from runs import run, system_of
 
 import warp_origami as wo
+from runs import run, system_of
 from warp_origami.terms.contact import contact
 
 AREAL_MASS, STIFFNESS = 0.71, 1e8
