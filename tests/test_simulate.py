@@ -91,6 +91,25 @@ def test_eliminated_and_multiplier_runs_agree_on_folded_sheets(name):
     assert force < 1e-6 * size
 
 
+def test_eliminated_and_multiplier_runs_agree_in_contact():
+    """A fold that is thrown shut: its panels bounce off each other."""
+    closing = [{"kind": "initial_velocity", "value": [2.0, 0.0, 0.0], "at": {"box": [[0.0, 0.0], [0.0, 0.6]]}}]
+    scene = film(
+        0.02,
+        {"creases_x": [1], "opening": 0.1},
+        load=closing,
+        support=[{"name": "corner", "at": {"near": [0.6, 0.0]}}],
+        contact={"method": "mixed"},
+        integrator={"step": 2e-4, "tolerance": 1e-8},
+    )
+    position, force, size = compare_forms(scene, None)
+    contacts = run(scene).history
+    assert contacts["contacts_sts"].max() > 0 and contacts["contacts_nts"].max() > 0
+    print(f"difference {position:.2e} m, reactions {force:.2e} of {size:.2e} N")
+    assert position < 1e-8
+    assert force < 1e-6 * size
+
+
 def fall(model, radius, step):
     """Deviation (k, n, 3) of all positions from free fall, 100 steps at the most."""
     duration = min(0.9, 100 * step)
