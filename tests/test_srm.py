@@ -9,48 +9,35 @@ from warp_origami.kernels.precision import mat33, real, vec3
 E, NU = 2.5e9, 0.34
 
 
-@wp.kernel(enable_backward=False)
-def evaluate_srm(
-    parameters: srm.Parameters,
-    strains: wp.array(dtype=vec3),
-    # out
-    energy: wp.array(dtype=real),
-    stress: wp.array(dtype=vec3),
-    stress_only: wp.array(dtype=vec3),
-    tangent: wp.array(dtype=mat33),
-    state: wp.array(dtype=wp.int32),
-):
-    """The law at each strain, one thread per strain."""
-    i = wp.tid()
-    w, s, c = srm.tangent(parameters, strains[i])
-    energy[i] = w
-    stress[i] = s
-    tangent[i] = c
-    _, alone = srm.stress(parameters, strains[i])
-    stress_only[i] = alone
-    state[i] = srm.state(parameters, strains[i])
+def evaluator(law):
+    """Kernel that evaluates a law at each strain."""
+    Parameters, law_tangent, law_stress, law_state = law.Parameters, law.tangent, law.stress, law.state
+
+    @wp.kernel(enable_backward=False, module="unique")
+    def evaluate_law(
+        parameters: Parameters,
+        strains: wp.array(dtype=vec3),
+        # out
+        energy: wp.array(dtype=real),
+        stress: wp.array(dtype=vec3),
+        stress_only: wp.array(dtype=vec3),
+        tangent: wp.array(dtype=mat33),
+        state: wp.array(dtype=wp.int32),
+    ):
+        """The law at each strain, one thread per strain."""
+        i = wp.tid()
+        w, s, c = law_tangent(parameters, strains[i])
+        energy[i] = w
+        stress[i] = s
+        tangent[i] = c
+        _, alone = law_stress(parameters, strains[i])
+        stress_only[i] = alone
+        state[i] = law_state(parameters, strains[i])
+
+    return evaluate_law
 
 
-@wp.kernel(enable_backward=False)
-def evaluate_linear(
-    parameters: linear.Parameters,
-    strains: wp.array(dtype=vec3),
-    # out
-    energy: wp.array(dtype=real),
-    stress: wp.array(dtype=vec3),
-    stress_only: wp.array(dtype=vec3),
-    tangent: wp.array(dtype=mat33),
-    state: wp.array(dtype=wp.int32),
-):
-    """The law at each strain, one thread per strain."""
-    i = wp.tid()
-    w, s, c = linear.tangent(parameters, strains[i])
-    energy[i] = w
-    stress[i] = s
-    tangent[i] = c
-    _, alone = linear.stress(parameters, strains[i])
-    stress_only[i] = alone
-    state[i] = linear.state(parameters, strains[i])
+EVALUATORS = {law: evaluator(law) for law in (srm, linear)}
 
 
 def evaluate(strains, s1=1e-4, s2=1e-4, law=srm):
@@ -60,9 +47,8 @@ def evaluate(strains, s1=1e-4, s2=1e-4, law=srm):
     out = [np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3, 3)), np.zeros(n, dtype=np.int32)]
     types = [real, vec3, vec3, mat33, wp.int32]
     arrays = [wp.array(a, dtype=t, device="cpu", copy=False) for a, t in zip(out, types, strict=True)]
-    kernel = evaluate_srm if law is srm else evaluate_linear
     inputs = [law.parameters(E, NU, s1, s2), wp.array(strains, dtype=vec3, device="cpu")]
-    wp.launch(kernel, dim=n, inputs=inputs, outputs=arrays, device="cpu")
+    wp.launch(EVALUATORS[law], dim=n, inputs=inputs, outputs=arrays, device="cpu")
     assert np.array_equal(out[1], out[2]), "stress() and tangent() must give the same stress"
     return out[0], out[1], out[3], out[4]
 

@@ -1,8 +1,4 @@
-"""Every triangle split into n^2 similar ones.
-
-Points of the lattice of a triangle have the weights (n - i - j, i, j) / n at its corners. Points on an edge belong to
-both triangles; a vertex of the given mesh keeps its index.
-"""
+"""Every triangle split into n^2 similar ones; a vertex of the given mesh keeps its index."""
 
 from dataclasses import replace
 
@@ -10,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from .connectivity import edge_keys, list_edges
+from .lattice import edge_points, element_points, lattice
 from .mesh import BOUNDARY, Mesh, assemble_mesh
 from .pattern import Pattern
 
@@ -36,15 +33,14 @@ def refine(mesh: Mesh, n: int) -> Mesh:
         raise ValueError(f"refinement {n}, wants at least 1")
     if n == 1:
         return mesh
-    lattice = _lattice_vertices(mesh, n)
-    cells = _cells(n)
-    triangles = lattice[:, cells].reshape(-1, 3)
+    _, cells, _ = lattice(n)
+    triangles = element_points(mesh, n)[:, cells].reshape(-1, 3)
     weights = interpolation(mesh, n)
     added = weights.shape[0] - len(mesh.vertices)
 
     edges, edge_triangles = list_edges(triangles, weights.shape[0])
     letters = np.full(len(edges), "F", dtype="<U1")
-    chains = _edge_chains(mesh, n)
+    chains = edge_points(mesh, n)
     keys = edge_keys(*edges.T, weights.shape[0])
     at = np.searchsorted(keys, edge_keys(chains[:, :-1].ravel(), chains[:, 1:].ravel(), weights.shape[0]))
     letters[at] = np.repeat(mesh.edge_assignments, n)
@@ -68,7 +64,8 @@ def interpolation(mesh: Mesh, n: int) -> csr_matrix:
     """(nv of the refined mesh, nv) weights of the given vertices in each vertex of `refine(mesh, n)`."""
     nv, nd, ne = len(mesh.vertices), len(mesh.edges), len(mesh.triangles)
     t = np.arange(1, n) / n
-    inner = np.array([(n - i - j, i, j) for i, j in _points(n) if i and j and i + j < n]).reshape(-1, 3) / n
+    areas, _, _ = lattice(n)
+    inner = areas[(areas > 0).all(axis=1)] / n
     columns = np.concatenate(
         [np.arange(nv), np.repeat(mesh.edges, n - 1, axis=0).ravel(), np.repeat(mesh.triangles, len(inner), 0).ravel()]
     )
@@ -78,46 +75,6 @@ def interpolation(mesh: Mesh, n: int) -> csr_matrix:
     lengths = np.repeat([1, 2, 3], [nv, nd * (n - 1), ne * len(inner)])
     starts = np.concatenate([[0], np.cumsum(lengths)])
     return csr_matrix((values, columns, starts), shape=(len(lengths), nv))
-
-
-def _points(n: int) -> list[tuple[int, int]]:
-    return [(i, j) for j in range(n + 1) for i in range(n + 1 - j)]
-
-
-def _cells(n: int) -> np.ndarray:
-    """(n^2, 3) lattice points of the small triangles, counter-clockwise."""
-    index = {point: k for k, point in enumerate(_points(n))}
-    up = [(index[i, j], index[i + 1, j], index[i, j + 1]) for i, j in _points(n - 1)]
-    down = [(index[i + 1, j], index[i + 1, j + 1], index[i, j + 1]) for i, j in _points(n - 2)]
-    return np.array(up + down)
-
-
-def _edge_chains(mesh: Mesh, n: int) -> np.ndarray:
-    """(nd, n + 1) refined vertices along each edge, from its first end to its second."""
-    inside = len(mesh.vertices) + np.arange(len(mesh.edges) * (n - 1)).reshape(-1, n - 1)
-    return np.concatenate([mesh.edges[:, :1], inside, mesh.edges[:, 1:]], axis=1)
-
-
-def _lattice_vertices(mesh: Mesh, n: int) -> np.ndarray:
-    """(ne, points) refined vertex at each lattice point of each triangle."""
-    points = _points(n)
-    index = {point: k for k, point in enumerate(points)}
-    chains = _edge_chains(mesh, n)
-    ne = len(mesh.triangles)
-    lattice = np.empty((ne, len(points)), dtype=np.int64)
-    sides = (
-        [index[s, 0] for s in range(n + 1)],
-        [index[n - s, s] for s in range(n + 1)],
-        [index[0, n - s] for s in range(n + 1)],
-    )
-    for k, side in enumerate(sides):
-        row = mesh.element_edges[:, k]
-        forward = mesh.edge_triangles[row, 0] == np.arange(ne)
-        lattice[:, side] = np.where(forward[:, None], chains[row], chains[row, ::-1])
-    inner = [index[i, j] for i, j in points if i and j and i + j < n]
-    first = len(mesh.vertices) + len(mesh.edges) * (n - 1)
-    lattice[:, inner] = first + np.arange(ne * len(inner)).reshape(ne, -1)
-    return lattice
 
 
 def _pattern_edge(mesh: Mesh, edges: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .lattice import edge_points, element_points, lattice
 from .mesh import CREASE, Mesh
 
 
@@ -64,77 +65,28 @@ def default_divisions(elements: int) -> int:
 
 def sub_triangle_corners(divisions: int) -> np.ndarray:
     """Area coordinates (divisions^2, 3, 3) of the corners of an element's sub-triangles, in their order."""
-    lattice, triangles, _ = _lattice(divisions)
-    return lattice[triangles] / divisions
-
-
-def _lattice(k: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integer area coordinates (m, 3) of the lattice, its triangles (k^2, 3), the number (k + 1, k + 1) of a point.
-
-    Point (i, j) has area coordinates (k - i - j, i, j) / k: i runs from corner 0 to corner 1, j from 0 to 2.
-    """
-    number = np.full((k + 1, k + 1), -1)
-    points = [(i, j) for j in range(k + 1) for i in range(k + 1 - j)]
-    for n, (i, j) in enumerate(points):
-        number[i, j] = n
-    triangles = []
-    for i, j in points:
-        if i + j < k:
-            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
-        if i + j < k - 1:
-            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
-    i, j = np.array(points).T
-    return np.stack([k - i - j, i, j], axis=1), np.array(triangles), number
-
-
-def _element_points(mesh: Mesh, k: int, lattice: np.ndarray, number: np.ndarray, edge, reverse) -> np.ndarray:
-    """(ne, m) point of every lattice point of every element."""
-    ne = len(mesh.triangles)
-    used = np.unique(mesh.triangles)
-    vertex_point = np.full(len(mesh.vertices), -1)
-    vertex_point[used] = np.arange(len(used))
-    points = np.full((ne, len(lattice)), -1)
-    points[:, number[[0, k, 0], [0, 0, k]]] = vertex_point[mesh.triangles]
-
-    # lattice points inside the sides, in the element's sense: 0 -> 1, 1 -> 2, 2 -> 0
-    s = np.arange(1, k)
-    sides = np.stack([number[s, 0], number[k - s, s], number[0, k - s]])
-    first = len(used) + edge[:, :, None] * (k - 1)
-    points[:, sides] = first + np.where(reverse[:, :, None], k - 1 - s, s - 1)
-
-    inside = np.flatnonzero((lattice > 0).all(axis=1))
-    start = len(used) + len(mesh.edges) * (k - 1)
-    points[:, inside] = start + np.arange(ne * len(inside)).reshape(ne, -1)
-    return points
-
-
-def _edge_points(mesh: Mesh, k: int, edges: np.ndarray) -> np.ndarray:
-    """(len(edges), k + 1) points along given mesh edges."""
-    used = np.unique(mesh.triangles)
-    first = len(used) + edges[:, None] * (k - 1)
-    ends = np.searchsorted(used, mesh.edges[edges])
-    return np.concatenate([ends[:, :1], first + np.arange(k - 1), ends[:, 1:]], axis=1).astype(np.int32)
+    areas, triangles, _ = lattice(divisions)
+    return areas[triangles] / divisions
 
 
 def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
     """Splits every element of `mesh` into divisions^2 sub-triangles; every mesh edge must belong to an element."""
     k, ne = divisions, len(mesh.triangles)
-    lattice, local, number = _lattice(k)
-    edge = mesh.element_edges
-    reverse = mesh.edges[edge, 0] != mesh.triangles  # the side runs against the edge's direction
-    element_points = _element_points(mesh, k, lattice, number, edge, reverse)
-    _, first = np.unique(element_points, return_index=True)  # one element and lattice point of every point
-    elements = (first // len(lattice)).astype(np.int32)
-    areas = lattice[first % len(lattice)] / k
+    corners, local, _ = lattice(k)
+    numbers = element_points(mesh, k)
+    used, first, points = np.unique(numbers, return_index=True, return_inverse=True)  # idle vertices are left out
+    points = points.reshape(numbers.shape)
+    elements = (first // len(corners)).astype(np.int32)  # one element and lattice point of every point
+    areas = corners[first % len(corners)] / k
     flat = np.einsum("pk,pkd->pd", areas, mesh.vertices[mesh.triangles[elements]])
-    used = np.unique(mesh.triangles)
-    flat[: len(used)] = mesh.vertices[used]
+    at_vertex = used < len(mesh.vertices)
+    flat[at_vertex] = mesh.vertices[used[at_vertex]]
 
-    creases = _edge_points(mesh, k, np.flatnonzero(mesh.edge_kinds == CREASE))
-    triangles = element_points[:, local].reshape(-1, 3).astype(np.int32)
+    creases = np.searchsorted(used, edge_points(mesh, k)[mesh.edge_kinds == CREASE]).astype(np.int32)
+    triangles = points[:, local].reshape(-1, 3).astype(np.int32)
     triangle_elements = np.repeat(np.arange(ne, dtype=np.int32), k * k)
     triangle_faces = mesh.faces[triangle_elements].astype(np.int32)
-    outer_edges, outer_corners = _outer(mesh, edge, lattice[local], triangles, triangle_faces)
+    outer_edges, outer_corners = _outer(mesh, corners[local], triangles, triangle_faces)
     return Submesh(
         divisions=k,
         elements=elements,
@@ -149,7 +101,7 @@ def build_submesh(mesh: Mesh, divisions: int) -> Submesh:
     )
 
 
-def _outer(mesh: Mesh, edge: np.ndarray, corners: np.ndarray, triangles: np.ndarray, faces: np.ndarray):
+def _outer(mesh: Mesh, corners: np.ndarray, triangles: np.ndarray, faces: np.ndarray):
     """outer_edges and outer_corners; `corners` (k^2, 3, 3) are the lattice coordinates of an element's sub-triangles.
 
     A crease that ends inside a face has that face on both sides and is not on its outer boundary.
@@ -160,7 +112,7 @@ def _outer(mesh: Mesh, edge: np.ndarray, corners: np.ndarray, triangles: np.ndar
     # side m of the element is where the area coordinate of the opposite corner, m + 2, is zero at both ends
     zero = (corners == 0) & (np.roll(corners, -1, axis=1) == 0)  # (k^2, sub-side, area coordinate)
     on_side = np.roll(zero, 1, axis=2)  # (k^2, sub-side, side of the element): column m is area coordinate m + 2
-    outer_edges = np.einsum("tsm,em->ets", on_side, outer[edge]).astype(bool).reshape(-1, 3)
+    outer_edges = np.einsum("tsm,em->ets", on_side, outer[mesh.element_edges]).astype(bool).reshape(-1, 3)
 
     t, s = np.nonzero(outer_edges)
     keys = faces[:, None].astype(np.int64) * (triangles.max() + 1) + triangles
