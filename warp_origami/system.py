@@ -6,10 +6,11 @@ The only place where a scene's tables become terms; what a scene does not ask fo
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import warp as wp
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, identity, kron
 
 from .clock import PhaseClock
 from .errors import InputError
@@ -112,6 +113,11 @@ class System:
                 for k, probe in enumerate(scene.probe)
             ]
             self.body_forces = self._body_forces()
+
+    @cached_property
+    def full_mass(self) -> csr_matrix:
+        """(3n, 3n) mass matrix on q.ravel()."""
+        return kron(self.mass, identity(3), format="csr")
 
     def evaluate(self, q: np.ndarray) -> Evaluation:
         """Energies and gradient at q (n, 3)."""

@@ -13,7 +13,7 @@ one whatever h. Every iterate satisfies C q = d(t), the equations being linear. 
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, identity, kron
+from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, identity
 
 from warp_origami.clock import PhaseClock
 from warp_origami.system import Linearization, System
@@ -49,7 +49,7 @@ class ReducedTangent:
         self.null_space = null_space
         coordinates = system.coordinates
         self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
-        mass = (null_space.T @ kron(system.mass, identity(3), format="csr") @ null_space).tocsc()
+        mass = (null_space.T @ system.full_mass @ null_space).tocsc()
         self.mass_values = self.sparsity.values_of(mass)
         self.damping_values = np.zeros_like(self.mass_values)
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix, identity, kron
+from scipy.sparse import csc_matrix, identity
 from scipy.sparse.linalg import splu
 
 from warp_origami.system import System
@@ -18,7 +18,6 @@ from .step_potential import StepPotential
 
 NEWTON_SHARE = 1e-4
 """Newton tolerance over the tolerance of the step; 1e-3 would do for accuracy, but 1e-4 keeps symmetric motion so."""
-
 
 AFTER_KINK = 1e-12
 """Over the duration: how long after a kink of a profile it is looked at to see what follows."""
@@ -60,9 +59,8 @@ class Stepper:
         self.constraint_form = make_constraint_form(system)
         self.tolerance = system.scene.integrator.tolerance * system.mesh.size
         self.material = system.scene.material
-        self.kron_mass = kron(system.mass, identity(3), format="csr")
         null = system.constraints.null_space
-        self.reduced_mass = splu((null.T @ self.kron_mass @ null).tocsc()) if null.shape[1] else None
+        self.reduced_mass = splu((null.T @ system.full_mass @ null).tocsc()) if null.shape[1] else None
         self.after_kink = AFTER_KINK * system.scene.analysis.duration
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
@@ -89,7 +87,7 @@ class Stepper:
         c = self.system.constraints
         wanted, _ = c.derivatives(state.time + self.after_kink)
         held = c.right_inverse @ (wanted - c.equations @ state.v.ravel())
-        jump = held - self._free_response(self.kron_mass @ held)
+        jump = held - self._free_response(self.system.full_mass @ held)
         v = state.v + jump.reshape(state.v.shape)
         kinematics, forces = self._consistent(state.time, state.q, v, step)
         return kinematics, forces, balance.with_impulse(self.system.kinetic_energy(kinematics.v))
@@ -103,7 +101,7 @@ class Stepper:
         def acceleration(time, q, v):
             _, prescribed = c.derivatives(time)
             held = c.right_inverse @ prescribed
-            balance = self._balance_without_inertia(time, q, v, damping_matrix) + self.kron_mass @ held
+            balance = self._balance_without_inertia(time, q, v, damping_matrix) + self.system.full_mass @ held
             return (held - self._free_response(balance)).reshape(q.shape)
 
         a = acceleration(start, q, v)

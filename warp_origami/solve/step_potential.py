@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from warp_origami.system import Evaluation, System
+from warp_origami.system import System
 
 from .constraint_form import ConstraintForm, NewtonFactor
 from .generalized_alpha import StepForm
@@ -30,7 +30,6 @@ class StepPotential:
         body_force: (3n,) f at the end of the step.
         damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
-        evaluation: of the last gradient.
     """
 
     system: System
@@ -39,11 +38,9 @@ class StepPotential:
     body_force: np.ndarray
     damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
-    evaluation: Evaluation | None = None
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
-        self.evaluation = self.system.evaluate(q.reshape(-1, 3))
-        return self._balance(q, self.evaluation.gradient)
+        return self._balance(q, self.system.evaluate(q.reshape(-1, 3)).gradient)
 
     def linearize(self, q: np.ndarray):
         linearization = self.system.linearize(q.reshape(-1, 3))
