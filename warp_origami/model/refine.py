@@ -12,12 +12,23 @@ from .pattern import Pattern
 
 
 def refine_pattern(pattern: Pattern, n: int) -> Pattern:
-    """Pattern with every triangle split into n^2; stowed positions are interpolated linearly on each triangle."""
+    """Pattern with every triangle split into n^2.
+
+    Stowed positions are interpolated linearly on each triangle; vertices of rings are added on circles.
+    """
     if n == 1:
         return pattern
-    stowed = None if pattern.stowed is None else interpolation(pattern.mesh, n) @ pattern.stowed
+    weights = interpolation(pattern.mesh, n)
+    mesh, rings = refine(pattern.mesh, n), pattern.rings
+    if rings is not None:
+        rings = rings.interpolated(weights)
+        mesh = replace(mesh, vertices=rings.vertices)
     return replace(
-        pattern, mesh=refine(pattern.mesh, n), stowed=stowed, pattern_faces=np.repeat(pattern.pattern_faces, n * n)
+        pattern,
+        mesh=mesh,
+        stowed=None if pattern.stowed is None else weights @ pattern.stowed,
+        pattern_faces=np.repeat(pattern.pattern_faces, n * n),
+        rings=rings,
     )
 
 

@@ -7,11 +7,15 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from warp_origami.model.fold import read_fold
+from warp_origami.model.generators.annulus import default_segments
+from warp_origami.model.generators.disc import SEGMENTS_PER_RING
 from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAULT_INSET
+from warp_origami.model.ring_mesh import GRADINGS
 
 from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
 
 REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
+UNFOLDED_WANTS = '"flat" or { stretch = [a, b] }'
 INITIAL_WANTS = '"flat", "stowed" or { stretch = [a, b] }'
 
 
@@ -23,6 +27,7 @@ class Stretch(Table):
 
 GridLines = Annotated[tuple[Count, ...], AsTuple]
 Initial = Literal["flat", "stowed"] | Stretch
+Grading = Annotated[Positive, Field(ge=GRADINGS[0], le=GRADINGS[1])]
 
 
 class PatternTable(Table):
@@ -85,6 +90,54 @@ class Sheet(PatternTable):
         return self
 
 
+class RoundTable(PatternTable):
+    """A round sheet in rings of triangles, without creases."""
+
+    rings: Count = Field(description="an integer >= 1: rings of triangles")
+    segments: Annotated[Count, Field(ge=3)] | None = Field(
+        default=None, description="an integer >= 3: edges of the outer rim"
+    )
+    grading: Grading = Field(
+        default=1.0,
+        description="a number from {:g} to {:g}: width of the outermost ring over that of the innermost".format(
+            *GRADINGS
+        ),
+    )
+    centre: Vector2 = Field(default=(0.0, 0.0), description="[x, y], m")
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Literal["flat"] | Stretch = Field(default="flat", description=UNFOLDED_WANTS)
+
+
+class Disc(RoundTable):
+    """A disc, with a vertex at its centre."""
+
+    kind: Literal["disc"] = Field(description='"disc"')
+    radius: Positive = Field(description="a number > 0: radius of the rim, m")
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.segments is None:
+            object.__setattr__(self, "segments", SEGMENTS_PER_RING * self.rings)
+        return self
+
+
+class Annulus(RoundTable):
+    """A disc with a round hole."""
+
+    kind: Literal["annulus"] = Field(description='"annulus"')
+    inner_radius: Positive = Field(description="a number > 0 and below outer_radius: radius of the inner rim, m")
+    outer_radius: Positive = Field(description="a number > 0: radius of the outer rim, m")
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if not self.inner_radius < self.outer_radius:
+            raise fault("inner_radius", self.inner_radius, f"less than outer_radius, which is {self.outer_radius} (m)")
+        if self.segments is None:
+            segments = default_segments(self.inner_radius, self.outer_radius, self.rings)
+            object.__setattr__(self, "segments", segments)
+        return self
+
+
 class Fold(PatternTable):
     """A crease pattern in a FOLD file."""
 
@@ -104,7 +157,7 @@ class Fold(PatternTable):
         return self
 
 
-Pattern = Annotated[LeafIn | Sheet | Fold, Field(discriminator="kind")]
+Pattern = Annotated[LeafIn | Sheet | Disc | Annulus | Fold, Field(discriminator="kind")]
 
 
 class Material(Table):

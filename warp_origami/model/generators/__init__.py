@@ -7,10 +7,12 @@ from ...errors import InputError
 from ..fold import read_fold
 from ..pattern import Pattern
 from ..refine import refine_pattern
+from .annulus import annulus
+from .disc import disc
 from .leaf_in import leaf_in
 from .sheet import sheet
 
-GENERATORS = {"leaf_in": leaf_in, "sheet": sheet}
+GENERATORS = {"annulus": annulus, "disc": disc, "leaf_in": leaf_in, "sheet": sheet}
 
 
 def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refine: int = 1) -> Pattern:
