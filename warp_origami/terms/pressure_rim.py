@@ -12,10 +12,10 @@ Hermite one, r = sum_a H_a p_a with p = P q = [r, dr/ds] at both ends, so that e
 """
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from scipy.sparse import csr_matrix
 
 from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.edge_traces import HERMITE, edge_traces
 from warp_origami.model.mesh import Mesh
 
 _DETERMINANT = ((0, 1, 2, 1), (1, 2, 0, 1), (2, 0, 1, 1), (1, 0, 2, -1), (2, 1, 0, -1), (0, 2, 1, -1))
@@ -26,7 +26,8 @@ class PressureRim:
     """Antisymmetric tangent of a unit pressure on `elements`, of fixed structure."""
 
     def __init__(self, mesh: Mesh, coordinates: Coordinates, elements: np.ndarray) -> None:
-        self._rows, self._traces = _rim_edges(mesh, coordinates, elements)
+        traces = edge_traces(mesh, coordinates, *_rim_edges(mesh, elements))
+        self._rows, self._traces = traces.rows, traces.matrices
         self._products = _hermite_products()
         self._size = 3 * coordinates.count
         pairs = np.broadcast_arrays(self._rows[:, :, None], self._rows[:, None, :])
@@ -47,30 +48,15 @@ class PressureRim:
         return csr_matrix((data, self._indices, self._indptr), shape=(self._size, self._size))
 
 
-def _rim_edges(mesh: Mesh, coordinates: Coordinates, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges that bound `elements`: (k, 6) rows [r, r_x, r_y] of both ends; P of each, (k, 4, 6), m in the slopes.
-
-    Each edge runs counter-clockwise around its pressed element; s goes from 0 to 1 along it.
-    """
+def _rim_edges(mesh: Mesh, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges with `elements` on one side only, and that side."""
     pressed = np.zeros(len(mesh.triangles), dtype=bool)
     pressed[elements] = True
-    edge, side = np.nonzero((mesh.edge_triangles >= 0) & pressed[mesh.edge_triangles])
-    bounding = np.bincount(edge, minlength=len(mesh.edges))[edge] == 1
-    edge, side = edge[bounding], side[bounding]
-    element = mesh.edge_triangles[edge, side]
-    first = np.argmax(mesh.element_edges[element] == edge[:, None], axis=1)
-    corners = np.stack([first, (first + 1) % 3], axis=1)
-    nodes = coordinates.elements[element].reshape(-1, 3, 3).astype(np.int64)
-    rows = np.take_along_axis(nodes, corners[:, :, None], axis=1).reshape(-1, 6)
-    ends = mesh.vertices[np.take_along_axis(mesh.triangles[element], corners, axis=1)]
-    traces = np.zeros((len(edge), 4, 6))
-    for end in (0, 1):
-        traces[:, 2 * end, 3 * end] = 1.0
-        traces[:, 2 * end + 1, 3 * end + 1 : 3 * end + 3] = ends[:, 1] - ends[:, 0]
-    return rows, traces
+    edges, sides = np.nonzero((mesh.edge_triangles >= 0) & pressed[mesh.edge_triangles])
+    bounding = np.bincount(edges, minlength=len(mesh.edges))[edges] == 1
+    return edges[bounding], sides[bounding]
 
 
 def _hermite_products() -> np.ndarray:
     """(4, 4, 4) h_abm."""
-    hermite = [Polynomial(c) for c in ([1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1])]
-    return np.array([[[(f * g * h.deriv()).integ()(1.0) for h in hermite] for g in hermite] for f in hermite])
+    return np.array([[[(f * g * h.deriv()).integ()(1.0) for h in HERMITE] for g in HERMITE] for f in HERMITE])
