@@ -45,21 +45,22 @@ class Rings:
         return np.asarray(self.centre) + self.radii[:, None] * directions
 
     def interpolated(self, weights: csr_matrix) -> "Rings":
-        """Levels and angles interpolated linearly: refined edges along a circle become arcs of equal length.
+        """Vertices added on circles: levels are interpolated linearly, angles so with weights times radii.
+
+        Weights times radii divide arcs evenly, hardly change the angles between straight lines, and leave a pole out,
+        which lies in all directions.
 
         Args:
             weights: (more than nv, nv) of each refined vertex, whose first nv rows are the given vertices.
         """
         added = weights[len(self.levels) :].tocsr()
-        # A pole lies in all directions, so the direction of a point between is that of the other corners.
-        turning = (added @ diags(np.where(self.radii > 0.0, 1.0, 0.0))).tocsr()
-        middle = np.arctan2(turning @ np.sin(self.angles), turning @ np.cos(self.angles))
-        row = np.repeat(np.arange(added.shape[0]), np.diff(turning.indptr))
-        turn = np.remainder(self.angles[turning.indices] - middle[row] + np.pi, 2.0 * np.pi) - np.pi
-        size = (len(middle),)
-        angles = middle + np.bincount(row, turning.data * turn, *size) / np.bincount(row, turning.data, *size)
+        arms = (added @ diags(self.radii)).tocsr()
+        middle = np.arctan2(arms @ np.sin(self.angles), arms @ np.cos(self.angles))
+        row = np.repeat(np.arange(len(middle)), np.diff(arms.indptr))
+        turn = np.remainder(self.angles[arms.indices] - middle[row] + np.pi, 2.0 * np.pi) - np.pi
+        turns, sums = (np.bincount(row, values, len(middle)) for values in (arms.data * turn, arms.data))
         return replace(
             self,
             levels=np.concatenate([self.levels, added @ self.levels]),
-            angles=np.concatenate([self.angles, angles]),
+            angles=np.concatenate([self.angles, middle + turns / sums]),
         )
