@@ -6,19 +6,17 @@ with constants of the flat element, so that no quadrature is left to do at run t
     e_ijk   = int S_i (S_j,x S_k,y - S_k,x S_j,y) dA = -e_ikj
     F_i     = int S_i (r_x x r_y) dA = sum_{j<k} e_ijk q_j x q_k
     dF_i/dq_j = -[a_ij]x,   a_ij = sum_k e_ijk q_k
-    1/2 (dF_i/dq_j + (dF_j/dq_i)') = -1/2 [a_ij - a_ji]x
+    1/2 (dF_i/dq_j + (dF_j/dq_i)') = -1/2 [a_ij - a_ji]x = -1/2 sum_k (e_ijk - e_jik) [q_k]x
 
-where [a]x b = a x b. The pairs j < k are kept in the order (0,1), (0,2) .. (0,8), (1,2) .. Load stiffness of follower
-pressure: K. Schweizerhof, E. Ramm, Displacement dependent pressure loads in nonlinear finite element analyses,
-Computers & Structures 18 (1984) 1099-1114.
+where [a]x b = a x b. Pairs of different shape functions are kept in the order (0,1), (0,2) .. (0,8), (1,2) .. Source of
+the load stiffness: K. Schweizerhof, E. Ramm, Displacement dependent pressure loads in nonlinear finite element
+analyses, Computers & Structures 18 (1984) 1099-1114.
 """
 
 import warp as wp
 
 from .membrane import NODES, element_nodes, mat93
 from .precision import mat33, real, vec3
-
-DISTINCT_PAIRS = 36
 
 wp.set_module_options({"max_unroll": 0})  # unrolled by Warp the loops over pairs compile many times as long
 
@@ -31,17 +29,6 @@ def relative_nodes(q: wp.array(dtype=vec3), elements: wp.array2d(dtype=wp.int32)
     for corner in range(3):
         nodes[3 * corner] = nodes[3 * corner] - origin
     return nodes
-
-
-@wp.func
-def pressure_constant(constants: wp.array3d(dtype=real), t: int, i: int, j: int, k: int):
-    """e_ijk of the pressed element t."""
-    if j == k:
-        return real(0.0)
-    low = wp.min(j, k)
-    high = wp.max(j, k)
-    value = constants[t, i, (low * (2 * NODES - 1 - low)) / 2 + high - low - 1]
-    return wp.where(j < k, value, -value)
 
 
 @wp.func
@@ -80,7 +67,7 @@ def pressure_stiffness(
     q: wp.array(dtype=vec3),
     elements: wp.array2d(dtype=wp.int32),
     pressed: wp.array(dtype=wp.int32),
-    constants: wp.array3d(dtype=real),
+    differences: wp.array3d(dtype=real),
     pressure: real,
     # out
     blocks: wp.array2d(dtype=mat33),
@@ -90,11 +77,12 @@ def pressure_stiffness(
     e = pressed[t]
     nodes = relative_nodes(q, elements, e)
     factor = real(0.5) * pressure
-    block = wp.int32(0)
+    pair = wp.int32(0)
     for i in range(NODES):
-        for j in range(i, NODES):
+        for _ in range(i + 1, NODES):
             a = vec3()
             for k in range(NODES):
-                a += (pressure_constant(constants, t, i, j, k) - pressure_constant(constants, t, j, i, k)) * nodes[k]
+                a += differences[t, pair, k] * nodes[k]
+            block = pair + i + 1  # in the order of the membrane, which has (i, i) as well
             blocks[e, block] = blocks[e, block] + factor * skew(a)
-            block += 1
+            pair += 1

@@ -53,15 +53,16 @@ class FollowerPressure:
         self._device = device
         self._count = len(elements)
         self._q = Buffer(coordinates.count, vec3, device)
-        self._inputs = [
+        constants, differences = (wp.array(c, dtype=real, device=device) for c in _constants(mesh, elements))
+        inputs = [
             self._q.array,
             wp.array(coordinates.elements, dtype=wp.int32, device=device),
             wp.array(elements, dtype=wp.int32, device=device),
-            wp.array(_constants(mesh, elements), dtype=real, device=device),
         ]
+        self._stiffness_inputs = [*inputs, differences]
         element_force = wp.zeros((self._count, NODES), dtype=vec3, device=device)
         self._force = Buffer(coordinates.count, vec3, device)
-        self._launch_force = self._record(kernels.pressure_force, self._count, self._inputs, [element_force])
+        self._launch_force = self._record(kernels.pressure_force, self._count, [*inputs, constants], [element_force])
         rows = coordinates.elements[elements].ravel()
         places = csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(coordinates.count, len(rows)))
         gathered = [wp.array(part, dtype=wp.int32, device=device) for part in (places.indptr, places.indices)]
@@ -93,7 +94,7 @@ class FollowerPressure:
         """
         self._q.write(q)
         if self._bound != blocks.ptr:
-            inputs = [*self._inputs, float(pressure)]
+            inputs = [*self._stiffness_inputs, float(pressure)]
             self._launch_stiffness = self._record(kernels.pressure_stiffness, self._count, inputs, [blocks])
             self._bound = blocks.ptr
         self._launch_stiffness.set_param_by_name("pressure", float(pressure))
@@ -107,11 +108,12 @@ class FollowerPressure:
         return wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device, record_cmd=True)
 
 
-def _constants(mesh: Mesh, elements: np.ndarray) -> np.ndarray:
-    """(ne, 9, 36) e_ijk, m^2 for positions, integrated exactly."""
+def _constants(mesh: Mesh, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(ne, 9, 36) e_ijk of the pairs j < k and (ne, 36, 9) e_ijk - e_jik of the pairs i < j, m^2 between positions."""
     areas, weights = _collapsed_rule(GAUSS)
     low, high = np.triu_indices(NODES, k=1)
-    constants = np.empty((len(elements), NODES, kernels.DISTINCT_PAIRS))
+    constants = np.empty((len(elements), NODES, len(low)))
+    differences = np.empty((len(elements), len(low), NODES))
     for start in range(0, len(elements), CHUNK):
         chunk = elements[start : start + CHUNK]
         table = tabulate(mesh, np.repeat(chunk, len(areas)), np.tile(areas, (len(chunk), 1)))
@@ -119,8 +121,12 @@ def _constants(mesh: Mesh, elements: np.ndarray) -> np.ndarray:
         x, y = table.gradients.reshape(len(chunk), len(areas), NODES, 2).transpose(3, 0, 1, 2)
         jacobians = x[:, :, low] * y[:, :, high] - x[:, :, high] * y[:, :, low]
         weighted = values * (mesh.areas[chunk, None] * weights)[:, :, None]
-        constants[start : start + CHUNK] = weighted.transpose(0, 2, 1) @ jacobians
-    return constants
+        found = weighted.transpose(0, 2, 1) @ jacobians
+        full = np.zeros((len(chunk), NODES, NODES, NODES))
+        full[:, :, low, high], full[:, :, high, low] = found, -found
+        constants[start : start + CHUNK] = found
+        differences[start : start + CHUNK] = full[:, low, high] - full[:, high, low]
+    return constants, differences
 
 
 def _collapsed_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
