@@ -18,7 +18,7 @@ import warp as wp
 from .membrane import NODES, element_nodes, mat93
 from .precision import mat33, real, vec3
 
-wp.set_module_options({"max_unroll": 0})  # unrolled by Warp the loops over pairs compile many times as long
+wp.set_module_options({"max_unroll": 0})  # unrolled it compiles longer and runs no faster
 
 
 @wp.func
