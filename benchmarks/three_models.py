@@ -5,7 +5,7 @@
 Every accepted step of each run is looked at in the same way, whatever the run itself modelled: the deepest penetration
 of a slave point of the mixed method into a layer (below the thickness that counts there, over the contact thickness),
 with the side of every pair kept from the start, and whether the drawn triangles cross (ipctk). Prints a table over time
-and writes results/three_models.csv and .png. Needs the extras `test` and `plot`.
+and writes results/three_models.csv and .png. Needs the extra `test`.
 """
 
 import argparse

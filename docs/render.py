@@ -2,7 +2,7 @@
 
     python docs/render.py runs/leaf_in/animation.usdc docs/leaf_in.png 0 1.4 1.9 2.2 2.6 4.0
 
-The two sides of the sheet are yellow and blue, creases are dark. Needs the extra `plot`.
+The two sides of the sheet are yellow and blue, creases are dark..
 """
 
 import sys

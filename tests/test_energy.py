@@ -12,7 +12,7 @@ RIM = {"at": {"boundary": True}}
 
 
 def no_forces(**changes):
-    zero = {"body": np.zeros(3), "damping": np.zeros(3), "prescribed": np.zeros(1), "values": np.zeros(1)}
+    zero = {"external": np.zeros(3), "damping": np.zeros(3), "prescribed": np.zeros(1), "values": np.zeros(1)}
     return Forces(**{name: np.asarray(changes.get(name, value), dtype=float) for name, value in zero.items()})
 
 
@@ -20,8 +20,8 @@ def test_error_is_what_is_stored_and_dissipated_less_work_and_start():
     balance = EnergyBalance.start(1.0, 2.0, 4.0)
     assert (balance.error, balance.gain, balance.loss) == (0.0, 0.0, 0.0)
     moved = np.array([1.0, 0.0, 2.0])
-    before = no_forces(body=[2, 0, 0], damping=[0, 0, 1], prescribed=[3], values=[0])
-    after = no_forces(body=[4, 0, 0], damping=[0, 0, 2], prescribed=[5], values=[0.5])
+    before = no_forces(external=[2, 0, 0], damping=[0, 0, 1], prescribed=[3], values=[0])
+    after = no_forces(external=[4, 0, 0], damping=[0, 0, 2], prescribed=[5], values=[0.5])
     balance = balance.advance(2.0, 3.0, 4.0, moved, before, after)
     assert balance.external_work == 3.0 + 2.0
     assert balance.dissipated == 3.0

@@ -27,7 +27,8 @@ ARROWS = {
     # files and progress observe a run: they know its records and nothing else of solve
     "output": {"output", "solve.records", "scene", "model", "errors", "clock"},
     "api": {"output", "solve", "scene", "model", "errors"},
-    "cli": {"output", "solve", "system", "scene", "scenes", "errors", "clock"},
+    "study": {"study", "api", "solve", "scene", "scenes", "output", "model", "errors", "clock"},
+    "cli": {"study", "output", "solve", "system", "scene", "scenes", "errors", "clock"},
     "__init__": {"api", "scene", "errors"},
     "__main__": {"cli"},
 }

@@ -24,10 +24,10 @@ def saddle(n, m, seed=0):
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])
-@pytest.mark.parametrize("definite", [True, False])
-def test_solves(size, definite):
-    solver = choose_solver("auto", size, definite)
-    for matrix in [symmetric(np.geomspace(1e-2, 1e4, 40))] + ([] if definite else [saddle(30, 8)]):
+@pytest.mark.parametrize("kind", ["definite", "indefinite", "general"])
+def test_solves(size, kind):
+    solver = choose_solver("auto", size, kind)
+    for matrix in [symmetric(np.geomspace(1e-2, 1e4, 40))] + ([] if kind == "definite" else [saddle(30, 8)]):
         wanted = np.random.default_rng(1).normal(size=matrix.shape[0])
         factor = solver.factorize(matrix)
         np.testing.assert_allclose(factor.solve(matrix @ wanted), wanted, rtol=0, atol=1e-8)
@@ -36,31 +36,40 @@ def test_solves(size, definite):
 
 
 def test_factors_outlive_later_ones():
-    solver = choose_solver("auto", SMALL, definite=True)
+    solver = choose_solver("auto", SMALL, "definite")
     one, two = symmetric(np.linspace(1.0, 2.0, 8)), symmetric(np.linspace(3.0, 9.0, 8), seed=1)
     factor = solver.factorize(one)
     solver.factorize(two)
     np.testing.assert_allclose(one @ factor.solve(np.ones(8)), np.ones(8), atol=1e-12)
 
 
-def test_a_matrix_that_is_not_positive_definite_gives_none():
+@pytest.mark.parametrize("size", [SMALL, LARGE])
+@pytest.mark.parametrize("lowest", [-1e-6, -10.0])
+def test_a_matrix_that_is_not_positive_definite_gives_none(size, lowest):
     """What tells Newton to add inertia."""
-    assert choose_solver("auto", SMALL, definite=True).factorize(symmetric([3.0, 2.0, 1.0, -1e-6])) is None
+    assert choose_solver("auto", size, "definite").factorize(symmetric([3.0, 2.0, 1.0, lowest])) is None
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])
-@pytest.mark.parametrize("definite", [True, False])
-def test_a_singular_matrix_gives_none(size, definite):
+@pytest.mark.parametrize("kind", ["definite", "indefinite", "general"])
+def test_a_singular_matrix_gives_none(size, kind):
     matrix = csc_matrix(np.diag([1.0, 2.0, 0.0, 3.0]))
-    assert choose_solver("auto", size, definite).factorize(matrix) is None
+    assert choose_solver("auto", size, kind).factorize(matrix) is None
 
 
 def test_unknown_solver_is_refused():
     with pytest.raises(InputError, match=r"integrator\.linear_solver: got 'magic', wants one of \"auto\""):
-        choose_solver("magic", SMALL, True)
+        choose_solver("magic", SMALL, "definite")
 
 
 def test_small_systems_are_dense_and_large_ones_sparse():
     for definite in (True, False):
         assert "dense" in choose_solver("auto", SMALL, definite).name
         assert "sparse" in choose_solver("auto", LARGE, definite).name
+
+
+@pytest.mark.parametrize("size", [SMALL, LARGE])
+def test_a_general_solver_takes_matrices_that_are_not_symmetric(size):
+    matrix = csc_matrix(symmetric(np.geomspace(1.0, 1e3, 20)) + np.triu(np.ones((20, 20))))
+    wanted = np.random.default_rng(1).normal(size=20)
+    np.testing.assert_allclose(choose_solver("auto", size, "general").factorize(matrix).solve(matrix @ wanted), wanted)

@@ -95,7 +95,7 @@ def test_newton_direction_fits_the_derivative_of_the_gradient(method, constraint
     v = 0.1 * direction(system, 3)
     start = method_of_time.start(0.0, q, v, np.zeros_like(q), np.zeros_like(q), 1e-5)
     form = method_of_time.form(start, 1e-5)
-    potential = StepPotential(system, make_constraint_form(system), form, system.body_force(0.0).ravel())
+    potential = StepPotential(system, make_constraint_form(system, system.mass), form, system.external.at(0.0))
     gradient, newton = potential.linearize(q.ravel())
     step = newton(gradient)
     null = system.constraints.null_space
@@ -113,7 +113,7 @@ def test_both_constraint_forms_give_the_same_direction():
     for constraints in ("eliminate", "multipliers"):
         system = leaf_system("sts", constraints=constraints)
         q = waving(system)
-        factor = make_constraint_form(system).factorize(system.linearize(q), 1e10, 0.0)
+        factor = make_constraint_form(system, system.mass).factorize(system.linearize(q), 1e10, 0.0)
         steps.append(factor.direction(system.evaluate(q).gradient.ravel()))
     np.testing.assert_allclose(steps[1], steps[0], atol=1e-10 * np.abs(steps[0]).max())
 
@@ -147,7 +147,9 @@ def test_weight_is_gravity_times_mass_and_follows_its_profile():
     mass = 1420.0 * 5e-4 * 0.36
     for time, factor in ((0.0, 0.0), (0.25, 0.5), (0.9, 1.0)):
         expected = mass * np.array([factor, -2.0 * factor, 3.0 * factor - 9.81])
-        np.testing.assert_allclose(system.body_force(time)[positions].sum(axis=0), expected, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(
+            system.external.at(time).dead[positions].sum(axis=0), expected, rtol=1e-12, atol=1e-12
+        )
 
 
 def test_initial_velocity_adds_up_and_yields_to_supports_and_folds():

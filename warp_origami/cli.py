@@ -116,7 +116,7 @@ def run(
     _check_folder(folder)
     if until is not None and not math.isfinite(until):
         raise InputError("--until", until, "a time in s")
-    end = read.analysis.duration if until is None else min(until, read.analysis.duration)
+    end = read.analysis.end if until is None else min(until, read.analysis.end)
     _quiet_warp()
     from .clock import PhaseClock
     from .output.observers import Observers

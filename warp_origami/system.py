@@ -1,6 +1,6 @@
 """The equations of motion (57): the terms that a scene needs, its constraints and its initial state.
 
-    M q'' + alpha M q' + beta K q' + grad U(q) + grad U_contact(q) - f(t) = -C^T lambda,   C q = d(t)
+    M q'' + alpha M q' + beta K q' + grad U(q) + grad U_contact(q) - f(q, t) = -C^T lambda,   C q = d(t)
 
 The only place where a scene's tables become terms; what a scene does not ask for is not built, compiled or launched.
 """
@@ -21,13 +21,15 @@ from .model.generators import build_pattern
 from .model.locate import locate
 from .model.mesh import Mesh
 from .model.prescribed import Motion, Prescriber, prescribed_rows
-from .model.profile import Profile
 from .model.selectors import select
 from .scene import Scene
 from .terms.contact import CREASE_RATIO, Contact, ContactSummary
 from .terms.device import choose_device
+from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
 from .terms.inertia import mass_matrix
+from .terms.loads import force_weights, normal_weights
 from .terms.membrane import Membrane
+from .terms.pressure import FollowerPressure
 
 
 @dataclass(frozen=True)
@@ -50,23 +52,18 @@ class Linearization:
 
     Attributes:
         gradient: (n, 3) as in Evaluation.
-        blocks: (ne, 45) Warp array of 3x3 element tangents of the membrane, overwritten by the next linearization.
+        blocks: (ne, 45) Warp array of 3x3 element tangents, overwritten by the next linearization: of the membrane and
+            the symmetric part of that of follower pressure.
         contact_rows: (active, 3n) gap gradients, None without contact.
         contact_weights: (active,) stiffness of each, N/m.
+        skew: (3n, 3n) skew part of the tangent, None without follower pressure.
     """
 
     gradient: np.ndarray
     blocks: wp.array
-    contact_rows: csr_matrix | None
-    contact_weights: np.ndarray | None
-
-
-@dataclass(frozen=True)
-class BodyForce:
-    """Force that does not depend on the motion: value (n, 3) times profile(t)."""
-
-    value: np.ndarray
-    profile: Profile
+    contact_rows: csr_matrix | None = None
+    contact_weights: np.ndarray | None = None
+    skew: csr_matrix | None = None
 
 
 class System:
@@ -76,7 +73,7 @@ class System:
         scene, pattern, mesh, coordinates, constraints: what is modelled.
         mass: (n, n) scalar mass matrix, alike in x, y, z.
         q0, v0: (n, 3) initial state, consistent with the constraints.
-        body_forces: gravity.
+        external: gravity, pressure and forces.
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
             of the elements for gradients, m.
         membrane, contact: terms; contact is None for a scene without it.
@@ -104,7 +101,9 @@ class System:
         with clock.phase("compile"):
             material = scene.material
             self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
-            self.membrane = Membrane(self.mesh, self.coordinates, material, device=self.device)
+            self.membrane = Membrane(
+                self.mesh, self.coordinates, material, degree=scene.integrator.quadrature, device=self.device
+            )
             self.contact = self._contact(scene) if scene.contact is not None else None
         with clock.phase("setup"):
             self.v0 = self._initial_velocity()
@@ -112,7 +111,7 @@ class System:
                 locate(self.mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
                 for k, probe in enumerate(scene.probe)
             ]
-            self.body_forces = self._body_forces()
+            self.external = ExternalForces(self.coordinates.count, *self._loads())
 
     @cached_property
     def full_mass(self) -> csr_matrix:
@@ -129,16 +128,19 @@ class System:
             contact_energy, contact_gradient = self.contact.gradient(q)
         return Evaluation(energy, contact_energy, gradient + contact_gradient)
 
-    def linearize(self, q: np.ndarray) -> Linearization:
-        """Gradient and tangent at q (n, 3)."""
+    def linearize(self, q: np.ndarray, external: ExternalForce | None = None) -> Linearization:
+        """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given."""
         with self.clock.phase("assembly"):
             _, gradient = self.membrane.linearize(q)
-            blocks = self.membrane.blocks
+            blocks, skew = self.membrane.blocks, None
+            if external is not None and external.pressures:
+                external.add_stiffness(q, blocks)
+                skew = external.skew_stiffness(q)
         if self.contact is None:
-            return Linearization(gradient, blocks, None, None)
+            return Linearization(gradient, blocks, skew=skew)
         with self.clock.phase("contact"):
             _, contact_gradient, rows, weights = self.contact.tangent(q)
-        return Linearization(gradient + contact_gradient, blocks, rows, weights)
+        return Linearization(gradient + contact_gradient, blocks, rows, weights, skew)
 
     def accept(self, q: np.ndarray) -> None:
         """Tells the terms with memory (sides of contact pairs) that q is an accepted state."""
@@ -146,12 +148,10 @@ class System:
             with self.clock.phase("contact"):
                 self.contact.accept(q)
 
-    def body_force(self, time: float) -> np.ndarray:
-        """(n, 3) sum of the forces that do not depend on the motion."""
-        total = np.zeros_like(self.q0)
-        for force in self.body_forces:
-            total += force.profile(time) * force.value
-        return total
+    def external_force(self, q: np.ndarray, external: ExternalForce) -> np.ndarray:
+        """(n, 3) external force at q."""
+        with self.clock.phase("assembly"):
+            return external(q)
 
     def kinetic_energy(self, v: np.ndarray) -> float:
         """J."""
@@ -161,11 +161,14 @@ class System:
     def terms(self) -> list[str]:
         """Names of what is modelled."""
         material = self.scene.material
-        names = [self.membrane.name, "inertia"]
-        names += ["mass damping"] if material.mass_damping > 0.0 else []
-        names += ["stiffness damping"] if material.stiffness_damping > 0.0 else []
+        names = [self.membrane.name]
+        if self.scene.analysis.kind == "dynamic":
+            names += ["inertia"]
+            names += ["mass damping"] if material.mass_damping > 0.0 else []
+            names += ["stiffness damping"] if material.stiffness_damping > 0.0 else []
+        names += ["inertia (modes)"] if self.scene.analysis.kind == "modal" else []
         names += [self.contact.name] if self.contact is not None else []
-        names += [load.kind.replace("_", " ") for load in self.scene.load]
+        names += [_load_name(load) for load in self.scene.load]
         names += ["fold lines"] if np.any(self.constraints.sources < 0) else []
         names += ["supports"] if self.scene.support else []
         names += ["drivers"] if self.scene.driver else []
@@ -174,8 +177,9 @@ class System:
     @property
     def kernel_modules(self) -> list[str]:
         """Warp modules that the scene compiles."""
-        own = list(self.membrane.kernel_modules)
-        return own + (list(self.contact.kernel_modules) if self.contact is not None else [])
+        terms = [self.membrane, *(p.term for p in self.external.pressures[:1])]
+        terms += [self.contact] if self.contact is not None else []
+        return list(dict.fromkeys(module for term in terms for module in term.kernel_modules))
 
     def _initial_coordinates(self, flat: np.ndarray) -> np.ndarray:
         initial = self.scene.pattern.initial
@@ -232,15 +236,37 @@ class System:
         free = c.null_space @ (c.left_inverse @ (v.ravel() - c.right_inverse @ velocity))
         return (free + c.right_inverse @ velocity).reshape(v.shape)
 
-    def _body_forces(self) -> list[BodyForce]:
+    def _loads(self) -> tuple[tuple[DeadForce, ...], tuple[Pressure, ...]]:
+        dead, pressures = [], []
+        for k, load in enumerate(self.scene.load):
+            if load.kind == "initial_velocity":
+                continue
+            profile = load.profile.factor()
+            if load.kind == "gravity":
+                dead.append(DeadForce(np.outer(self._weight(), load.acceleration), profile))
+                continue
+            selection = select(load.at, self.mesh, f"load.{k}.at")
+            if load.kind == "force":
+                weights = force_weights(self.mesh, self.coordinates, selection)
+                dead.append(DeadForce(np.outer(weights, load.value), profile))
+                continue
+            inside = np.isin(self.mesh.triangles, selection.vertices).all(axis=1)
+            if not inside.any():
+                raise InputError(f"load.{k}.at", "a selection without whole elements", "all corners of some elements")
+            elements = np.flatnonzero(inside)
+            if load.follower:
+                term = FollowerPressure(self.mesh, self.coordinates, elements, device=self.device)
+                pressures.append(Pressure(term, load.value, profile))
+            else:
+                value = load.value * normal_weights(self.mesh, self.coordinates, elements, self.q0)
+                dead.append(DeadForce(value, profile))
+        return tuple(dead), tuple(pressures)
+
+    def _weight(self) -> np.ndarray:
+        """(n,) generalized force of a unit acceleration of the whole sheet."""
         translation = np.zeros(self.coordinates.count)
         translation[self.coordinates.positions[self.coordinates.positions >= 0]] = 1.0
-        weight = self.mass @ translation
-        return [
-            BodyForce(np.outer(weight, load.acceleration), load.profile.factor())
-            for load in self.scene.load
-            if load.kind == "gravity"
-        ]
+        return self.mass @ translation
 
 
 def describe(scene: Scene) -> list[tuple[str, str]]:
@@ -283,6 +309,12 @@ def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
         ("  faces with a crease", listed(contact.crease_neighbours)),
         ("  faces with a vertex", listed(contact.vertex_neighbours)),
     ]
+
+
+def _load_name(load) -> str:
+    if load.kind != "pressure":
+        return load.kind.replace("_", " ")
+    return "follower pressure" if load.follower else "dead pressure"
 
 
 def _lifted(points: np.ndarray) -> np.ndarray:

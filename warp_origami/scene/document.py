@@ -9,6 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from .base import AsTuple, Table, fault
+from .expected import Verification
 from .faults import input_error
 from .loads import Load
 from .motion import Driver, Profile, Support
@@ -26,7 +27,7 @@ class Scene(Table):
     """
 
     name: str = Field(description="a name of letters, digits, spaces and _ + - . that can be a folder's")
-    analysis: Analysis = Field(description="a table with kind and duration")
+    analysis: Analysis = Field(description="a table with kind: dynamic, static or modal")
     pattern: Pattern = Field(description="a table with kind and the parameters of that kind")
     material: Material = Field(description="a table with density, youngs_modulus, poisson_ratio, thickness")
     contact: Contact | None = Field(default=None, description="a table; without it there is no contact")
@@ -36,6 +37,7 @@ class Scene(Table):
     integrator: Integrator = Field(default=Integrator(), description="a table")
     output: Output = Field(default=Output(), description="a table")
     probe: Annotated[tuple[Probe, ...], AsTuple] = Field(default=(), description="an array of tables [[probe]]")
+    verification: Verification | None = Field(default=None, description="a table: results that are known")
 
     def __init__(self, **values: Any):
         try:
@@ -86,11 +88,15 @@ class Scene(Table):
                 raise fault(f"probe.{i}.name", repr(name), wants)
 
     def _with_profile(self, place: str, item: Any) -> Any:
-        profile: Profile | None = getattr(item, "profile", None)
-        if profile is None:
+        if "profile" not in type(item).model_fields:
+            if self.analysis.kind != "dynamic":
+                raise fault(
+                    f"{place}.kind", f'"{item.kind}"', 'an initial velocity only where analysis.kind is "dynamic"'
+                )
             return item
+        profile: Profile = item.profile or self._default_profile(item)
         try:
-            profile = profile.completed(self.analysis.duration)
+            profile = profile.completed(self.analysis.end)
         except PydanticCustomError as error:
             raise fault(f"{place}.profile.{error.context['key']}", *_got_wants(error)) from None
         initial = profile.factor()(0.0)
@@ -101,6 +107,11 @@ class Scene(Table):
                 "factor 0 at time 0: drivers leave the initial state",
             )
         return item.model_copy(update={"profile": profile})
+
+    def _default_profile(self, item: Any) -> Profile:
+        if self.analysis.kind != "dynamic":
+            return Profile(kind="linear")
+        return Profile(kind="smooth") if isinstance(item, Driver) else Profile(kind="constant")
 
 
 def _got_wants(error: PydanticCustomError) -> tuple[str, str]:

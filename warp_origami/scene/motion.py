@@ -67,7 +67,8 @@ PROFILE_WANTS = '"linear", "smooth", "trapezoid" or "table" (for loads also "con
 
 
 class Profile(Table):
-    """A factor over time: from 0 at `start` to 1 at `end`, or straight lines through the rows of `table`."""
+    """A factor over time (static: over the load factor): from 0 at `start` to 1 at `end`, or straight lines through the
+    rows of `table`."""
 
     kind: Literal["constant", "linear", "smooth", "trapezoid", "table"] = Field(
         default="smooth", description=PROFILE_WANTS
@@ -157,7 +158,7 @@ class Driver(Table):
         default=None, description="a number > -1, beside translate_to: the flat sheet is scaled by 1 + overstretch"
     )
     axes: Components = Field(default="xyz", description=COMPONENTS_WANTS)
-    profile: Profile = Field(default=Profile(), description="a profile: a table with kind, start, end, or with table")
+    profile: Profile | None = Field(default=None, description="a profile: a table with kind, start, end, or with table")
 
     @model_validator(mode="after")
     def _one_motion(self):

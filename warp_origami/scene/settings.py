@@ -4,19 +4,56 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from .base import NAME_WANTS, AsTuple, Name, Number, Positive, Table, Vector2, fault
+from .base import NAME_WANTS, AsTuple, Count, Name, Number, Positive, Table, Vector2, fault
 
 FIELDS = ("von_mises", "s1", "s2", "state")
 FieldName = Literal["von_mises", "s1", "s2", "state"]
 
 
-class Analysis(Table):
-    """The kind of analysis."""
+class Dynamic(Table):
+    """Motion in time."""
 
-    kind: Literal["dynamic"] = Field(
-        description='"dynamic" (static and modal analyses are not available in this version)'
-    )
+    kind: Literal["dynamic"] = Field(description='"dynamic"')
     duration: Positive = Field(description="a number > 0: simulated time, s")
+
+    @property
+    def end(self) -> float:
+        """Where the run ends, s."""
+        return self.duration
+
+
+LOAD_STEPS_WANTS = "an integer >= 1: load steps, more where they are needed"
+
+
+class Static(Table):
+    """Equilibrium under loads and prescribed displacements that grow with a load factor from 0 to 1.
+
+    The load factor takes the place of time: in profiles, tables of results and frames.
+    """
+
+    kind: Literal["static"] = Field(description='"static"')
+    load_steps: Count = Field(default=20, description=LOAD_STEPS_WANTS)
+
+    @property
+    def end(self) -> float:
+        """The load factor at the end."""
+        return 1.0
+
+
+class Modal(Table):
+    """Small free vibrations about the static solution under the loads."""
+
+    kind: Literal["modal"] = Field(description='"modal"')
+    count: Count = Field(default=12, description="an integer >= 1: number of frequencies, from the lowest")
+    load_steps: Count = Field(default=20, description=LOAD_STEPS_WANTS)
+
+    @property
+    def end(self) -> float:
+        """The load factor at the end of the static solution."""
+        return 1.0
+
+
+Analysis = Annotated[Dynamic | Static | Modal, Field(discriminator="kind")]
 
 
 class Contact(Table):
@@ -31,7 +68,7 @@ class Contact(Table):
 
 
 class Integrator(Table):
-    """Generalized-alpha time integration."""
+    """Integration in time (generalized-alpha) and over the elements."""
 
     spectral_radius: Annotated[Number, Field(ge=0.0, le=1.0)] = Field(
         default=0.3, description="a number from 0 (most damping of high frequencies) to 1 (none)"
@@ -42,6 +79,9 @@ class Integrator(Table):
     step: Literal["auto"] | Positive = Field(default="auto", description='"auto" or a number > 0: fixed step, s')
     constraints: Literal["eliminate", "multipliers"] = Field(
         default="eliminate", description='"eliminate" or "multipliers"'
+    )
+    quadrature: Annotated[Count, Field(le=8)] = Field(
+        default=6, description="an integer from 1 to 8: degree of the polynomials that elements integrate exactly"
     )
     linear_solver: Literal["auto", "scipy"] = Field(default="auto", description='"auto" or "scipy"')
 

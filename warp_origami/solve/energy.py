@@ -15,13 +15,13 @@ class Forces:
     """Generalized forces at one time that do work beside the stored energies.
 
     Attributes:
-        body: (3n,) forces that do not depend on the motion.
+        external: (3n,) loads.
         damping: (3n,) damping forces, alpha M v + beta K v.
         prescribed: (m,) forces of the constraint equations on the sheet, conjugate to d(t).
         values: (m,) d(t).
     """
 
-    body: np.ndarray
+    external: np.ndarray
     damping: np.ndarray
     prescribed: np.ndarray
     values: np.ndarray
@@ -82,7 +82,7 @@ class EnergyBalance:
         self, kinetic: float, strain: float, contact: float, moved: np.ndarray, before: Forces, after: Forces
     ) -> "EnergyBalance":
         """The balance after a step that moved q by `moved` (3n,)."""
-        work = 0.5 * float((before.body + after.body) @ moved)
+        work = 0.5 * float((before.external + after.external) @ moved)
         work += 0.5 * float((before.prescribed + after.prescribed) @ (after.values - before.values))
         dissipated = 0.5 * float((before.damping + after.damping) @ moved)
         new = replace(

@@ -4,7 +4,7 @@
 not positive definite: a value that Newton answers, not an exception.
 """
 
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from scipy.linalg import lapack
@@ -72,30 +72,78 @@ class _IndefiniteFactor:
         return lapack.dsytrs(self.factor, self.pivots, right, lower=1)[0]
 
 
-class SparseLU:
-    """SuperLU as SciPy brings it: symmetric mode for definite matrices, with pivoting otherwise."""
+class DenseLU:
+    """LAPACK getrf: matrices of a few hundred unknowns that are not symmetric."""
 
-    def __init__(self, definite: bool):
-        self.definite = definite
-        self.name = "sparse LU (SuperLU, " + ("symmetric mode)" if definite else "with pivoting)")
+    name = "dense LU (LAPACK)"
+
+    def factorize(self, matrix: csc_matrix) -> Factor | None:
+        factor, pivots, info = lapack.dgetrf(matrix.toarray(order="F"), overwrite_a=1)
+        return _GeneralFactor(factor, pivots) if info == 0 else None
+
+
+class _GeneralFactor:
+    def __init__(self, factor: np.ndarray, pivots: np.ndarray):
+        self.factor, self.pivots = factor, pivots
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        return lapack.dgetrs(self.factor, self.pivots, right)[0]
+
+
+class SparseDefinite:
+    """SuperLU in symmetric mode without pivoting, whose pivots are then those of an LDL^T: a negative one shows that
+    the matrix is not positive definite."""
+
+    name = "sparse LU (SuperLU, symmetric mode)"
+
+    def factorize(self, matrix: csc_matrix) -> SuperLU | None:
+        factor = _without_pivoting(matrix)
+        definite = (
+            factor is not None
+            and np.array_equal(factor.perm_r, factor.perm_c)
+            and factor.U.diagonal().min(initial=np.inf) > 0.0
+        )
+        return factor if definite else None
+
+
+class SparseLU:
+    """SuperLU with pivoting: matrices that are indefinite or not symmetric."""
+
+    name = "sparse LU (SuperLU, with pivoting)"
 
     def factorize(self, matrix: csc_matrix) -> SuperLU | None:
         try:
-            if self.definite:
-                return splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
             return splu(matrix)
-        except RuntimeError:  # SuperLU's only way to say "exactly singular"
+        except RuntimeError:
             return None
 
 
-def choose_solver(name: str, size: int, definite: bool) -> LinearSolver:
+def _without_pivoting(matrix: csc_matrix) -> SuperLU | None:
+    try:
+        return splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # SuperLU's only way to say "exactly singular"
+        return None
+
+
+def negative_pivots(matrix: csc_matrix) -> int:
+    """Number of negative eigenvalues of a symmetric sparse matrix (Sylvester), by its factors; 0 if it has none."""
+    factor = _without_pivoting(matrix)
+    return 0 if factor is None else int(np.sum(factor.U.diagonal() < 0.0))
+
+
+def choose_solver(name: str, size: int, kind: Literal["definite", "indefinite", "general"]) -> LinearSolver:
     """The solver that a scene names (`linear_solver`), or what suits `size` unknowns for "auto".
+
+    Args:
+        kind: of matrices: symmetric positive definite, symmetric, or any.
 
     Raises:
         InputError: no such solver in this installation.
     """
     if name not in ("auto", "scipy"):
         raise InputError("integrator.linear_solver", repr(name), 'one of "auto", "scipy"')
-    if size <= (DENSE_DEFINITE if definite else DENSE_INDEFINITE):
-        return DenseCholesky() if definite else DenseIndefinite()
-    return SparseLU(definite)
+    if kind == "definite":
+        return DenseCholesky() if size <= DENSE_DEFINITE else SparseDefinite()
+    if size > DENSE_INDEFINITE:
+        return SparseLU()
+    return DenseIndefinite() if kind == "indefinite" else DenseLU()

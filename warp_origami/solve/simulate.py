@@ -1,10 +1,4 @@
-"""The loop over time steps: it owns all state of a run, and everything else is told what it needs."""
-
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+"""Running a scene: the analysis that it asks for, with its threads, its clock and its interrupts."""
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -14,90 +8,11 @@ from warp_origami.errors import InputError
 from warp_origami.scene import Scene
 from warp_origami.system import System
 
-from .energy import EnergyBalance, Forces
-from .generalized_alpha import GeneralizedAlpha, Kinematics
-from .records import Observer, StepRecord
-from .result import Failure
-from .sampling import Probes, Reactions, Surface
-from .step import StepOutcome, Stepper
-from .step_size import AdaptiveStep, FixedStep, StepSizeController
-from .summary import Counters, summarize
-
-FIRST_STEP_SHARE = 1e-4
-SMALLEST_STEP_SHARE = 1e-10
-LARGEST_STEP_SHARE = 0.02
-
-RESOLVED_STRAIN = 0.01
-"""Strain, over the tolerance, whose energy is the least that the energy balance is held against."""
-
-CREATED_SHARE = 2e-3
-"""A step that creates energy is a bad step where the energy error has risen by this share of the run's largest energy
-above its earlier minimum, and the step adds to it faster than by the same share over the whole run."""
-
-EXPLODED_SHARE = 0.99
-"""A run is ended when this share of its largest energy has been created: what follows has no meaning."""
-
-MOST_HALVINGS = 6
-"""How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
-
-
-@dataclass(frozen=True)
-class RunState:
-    """All that changes during a run.
-
-    Attributes:
-        kinematics: q, v and accelerations.
-        next_step: s, to try next.
-        forces, balance: for the energy balance.
-        counters: numbers for the summary.
-        frames: number of frames written.
-    """
-
-    kinematics: Kinematics
-    next_step: float
-    forces: Forces
-    balance: EnergyBalance
-    counters: Counters
-    frames: int
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Everything as arrays, for a checkpoint."""
-        parts = {
-            "kinematics": self.kinematics,
-            "forces": self.forces,
-            "balance": self.balance,
-            "counters": self.counters,
-        }
-        arrays = {"next_step": np.array(self.next_step), "frames": np.array(self.frames)}
-        for prefix, part in parts.items():
-            arrays |= {f"{prefix}.{name}": np.asarray(value) for name, value in vars(part).items()}
-        return arrays
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, np.ndarray]) -> "RunState":
-        """The state that `arrays` gave.
-
-        Raises:
-            InputError: they are not those of this version of the program.
-        """
-
-        def part(kind, prefix):
-            values = {}
-            for name in kind.__dataclass_fields__:
-                if f"{prefix}.{name}" not in arrays:
-                    raise InputError("--resume", f"a checkpoint without {prefix}.{name}", "one of this version")
-                value = arrays[f"{prefix}.{name}"]
-                values[name] = value.item() if value.ndim == 0 else value.copy()
-            return kind(**values)
-
-        return cls(
-            part(Kinematics, "kinematics"),
-            float(arrays["next_step"]),
-            part(Forces, "forces"),
-            part(EnergyBalance, "balance"),
-            part(Counters, "counters"),
-            int(arrays["frames"]),
-        )
+from .dynamic import DynamicRun
+from .interrupt import deferred_interrupt
+from .modal import Modes
+from .records import Observer
+from .static import StaticRun
 
 
 def simulate(
@@ -109,13 +24,13 @@ def simulate(
     threads: int = 1,
     clock: PhaseClock | None = None,
 ) -> dict:
-    """Runs a dynamic scene and returns its summary (the content of summary.json).
+    """Runs a scene and returns its summary (the content of summary.json).
 
     Args:
         scene: what to run.
         observer: told of everything as it happens.
         device: of Warp, "cpu" (also for None) or "cuda:0".
-        until: s, stop there if that is before the scene's duration.
+        until: time (s) or load factor to stop at if that is before the scene's end.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
         threads: of the linear algebra. One is fastest for small sheets: threads that wait for each other cost more than
             they save.
@@ -124,245 +39,16 @@ def simulate(
     Raises:
         InputError: the scene cannot be modelled, or `until` is not a time; the observer knows nothing but its phase.
     """
-    duration = scene.analysis.duration
     if until is not None and not until > 0.0:
-        raise InputError("until", until, "a time above 0, s")
+        raise InputError("until", until, "a time (static: a load factor) above 0")
+    end = scene.analysis.end if until is None else min(until, scene.analysis.end)
     clock = clock or PhaseClock()
     observer.phase("compiling kernels and setting up (the first run of a scene compiles for some seconds)")
-    with threadpool_limits(threads), _deferred_interrupt() as interrupted:
+    with threadpool_limits(threads), deferred_interrupt() as interrupted:
         system = System(scene, device, clock)
-        run = Run(system, observer, duration if until is None else min(until, duration))
+        if scene.analysis.kind == "dynamic":
+            run = DynamicRun(system, observer, end)
+        else:
+            run = StaticRun(system, observer, end, Modes(system) if scene.analysis.kind == "modal" else None)
         state = run.start() if resume is None else run.resume(resume)
         return run.loop(state, interrupted)
-
-
-class Run:
-    """What stays the same during a run, and the loop."""
-
-    def __init__(self, system: System, observer: Observer, until: float):
-        self.system, self.observer, self.until = system, observer, until
-        scene, self.clock = system.scene, system.clock
-        with self.clock.phase("setup"):
-            self.method = GeneralizedAlpha(scene.integrator.spectral_radius)
-            self.probes, self.reactions, self.surface = Probes(system), Reactions(system), Surface(system)
-            self.stepper = Stepper(system, self.method)
-        self.controller = _controller(scene)
-        self.stops = [*self._kinks(), until]
-        strain = RESOLVED_STRAIN * scene.integrator.tolerance
-        volume = scene.material.thickness * float(system.mesh.areas.sum())
-        self.resolved_energy = 0.5 * scene.material.youngs_modulus * volume * strain**2
-        self.fps = None if scene.output.fps == "steps" else float(scene.output.fps)
-
-    def _kinks(self) -> list[float]:
-        """Times of kinks in the profiles of drivers: steps end there."""
-        motions = [prescriber.motion for prescriber in self.system.constraints.prescribers if prescriber.motion]
-        return sorted({t for motion in motions for t in motion.profile.kinks if 0.0 < t < self.until})
-
-    def start(self) -> RunState:
-        """The initial state, with its first row and frame written."""
-        self.observer.start(self.system.scene, self.surface.submesh, None)
-        self.system.accept(self.system.q0)
-        kinematics, forces, balance = self.stepper.start(self.controller.first)
-        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), 0)
-        with self.clock.phase("output"):
-            self.observer.step(self._record(state, 0.0, 0))
-            self.observer.frame(self.surface.frame(0.0, kinematics.q))
-        return replace(state, frames=1)
-
-    def resume(self, arrays: dict[str, np.ndarray]) -> RunState:
-        """The state of a checkpoint."""
-        state = RunState.from_arrays(arrays)
-        contact = {
-            name.removeprefix("contact."): value for name, value in arrays.items() if name.startswith("contact.")
-        }
-        if self.system.contact is not None:
-            self.system.contact.restore(contact)
-        self.observer.start(self.system.scene, self.surface.submesh, state.kinematics.time)
-        return state
-
-    def loop(self, state: RunState, interrupted: threading.Event) -> dict:
-        """Steps until the end, a failure or an interrupt; returns the summary."""
-        status, failure = "done", None
-        end = self.until * (1.0 - 1e-12)
-        while state.kinematics.time < end and status == "done":
-            if interrupted.is_set():
-                status = "interrupted"
-                continue
-            state, failure = self._advance(state)
-            status = "done" if failure is None else "failed"
-        return self._finish(state, status, failure)
-
-    def _advance(self, state: RunState) -> tuple[RunState, Failure | None]:
-        """The state after the next accepted step, which is retried with smaller ones as often as needed."""
-        step, counters, creations = state.next_step, state.counters, []
-        stop = next(t for t in self.stops if t > state.kinematics.time)
-        while True:
-            taken = _fit(step, stop - state.kinematics.time)
-            outcome = self.stepper.try_step(state.kinematics, state.forces, state.balance, taken)
-            counters = counters.tried(outcome)
-            smaller = self.controller.after_failure(taken)
-            if outcome.failure is not None:
-                counters = counters.rejected()
-                if smaller is None:
-                    return replace(state, counters=counters), outcome.failure
-                step = smaller
-                continue
-            accepted, proposed = self.controller.judge(taken, outcome.error)
-            if not accepted:
-                counters, step = counters.rejected(), proposed
-                if smaller is None:
-                    return replace(state, counters=counters), Failure(
-                        "the smallest step is not accurate enough", "a larger integrator.tolerance"
-                    )
-                continue
-            if smaller is None or not self._creates_energy(outcome, creations):
-                break
-            counters, step = counters.rejected(), smaller
-            creations.append(outcome.created)
-        if self._has_exploded(outcome):
-            advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
-            return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
-        self.system.accept(outcome.kinematics.q)
-        if taken < step:  # cut to land on a stop
-            proposed = max(proposed, step)
-        if taken == stop - state.kinematics.time:
-            outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
-        return self._write(state, outcome, counters, proposed), None
-
-    def _creates_energy(self, outcome: StepOutcome, creations: list[float]) -> bool:
-        """Whether a step is bad because it creates energy, and halving it (`creations` so far, W) makes that better."""
-        scale = max(outcome.balance.largest, self.resolved_energy)
-        rate = CREATED_SHARE * scale / self.system.scene.analysis.duration
-        if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= rate:
-            return False
-        if len(creations) >= MOST_HALVINGS:
-            return False
-        return len(creations) < 2 or outcome.created < 0.9 * creations[-2]
-
-    def _has_exploded(self, outcome: StepOutcome) -> bool:
-        """Whether nearly all energy there is was created by the method."""
-        largest = outcome.balance.largest
-        return largest > self.resolved_energy and outcome.balance.rise > EXPLODED_SHARE * largest
-
-    def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
-        counters = counters.accepted(self._contacts()[2])
-        state = RunState(outcome.kinematics, proposed, outcome.forces, outcome.balance, counters, before.frames)
-        with self.clock.phase("output"):
-            self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))
-            state = replace(state, frames=self._frames(before.kinematics, state.kinematics, before.frames))
-        if state.kinematics.time in self.stops[:-1]:
-            state = self._pass_kink(state)
-        with self.clock.phase("output"):
-            self.observer.checkpoint(self._checkpoint(state))
-        return state
-
-    def _pass_kink(self, state: RunState) -> RunState:
-        step = self.controller.first
-        kinematics, forces, balance = self.stepper.restart(state.kinematics, state.balance, step)
-        return replace(state, kinematics=kinematics, forces=forces, balance=balance, next_step=step)
-
-    def _frames(self, before: Kinematics, after: Kinematics, written: int) -> int:
-        if self.fps is None:
-            self.observer.frame(self.surface.frame(after.time, after.q))
-            return written + 1
-        while written / self.fps <= after.time * (1.0 + 1e-12):
-            due = written / self.fps
-            self.observer.frame(self.surface.frame(due, _hermite(before, after, due)))
-            written += 1
-        return written
-
-    def _record(self, state: RunState, step: float, iterations: int) -> StepRecord:
-        q, v, balance = state.kinematics.q, state.kinematics.v, state.balance
-        taut, wrinkled, slack = self.system.membrane.state_fractions(q)
-        sts, nts, penetration = self._contacts()
-        history = {
-            "time": state.kinematics.time,
-            "step": step,
-            "kinetic_energy": balance.kinetic,
-            "strain_energy": balance.strain,
-            "contact_energy": balance.contact,
-            "dissipated": balance.dissipated,
-            "external_work": balance.external_work,
-            "energy_error": balance.error,
-            "newton_iterations": iterations,
-            "contacts_sts": sts,
-            "contacts_nts": nts,
-            "contacts_edge": 0,
-            "max_penetration": penetration,
-            "taut": taut,
-            "wrinkled": wrinkled,
-            "slack": slack,
-        }
-        return StepRecord(history, self.probes(q, v), self.reactions(state.forces.prescribed, q))
-
-    def _contacts(self) -> tuple[int, int, float]:
-        if self.system.contact is None:
-            return 0, 0, 0.0
-        found = self.system.contact.statistics()
-        return found.contacts_sts, found.contacts_nts, found.max_penetration
-
-    def _checkpoint(self, state: RunState) -> dict[str, np.ndarray]:
-        arrays = state.arrays()
-        if self.system.contact is not None:
-            arrays |= {f"contact.{name}": value for name, value in self.system.contact.state().items()}
-        return arrays
-
-    def _finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
-        with self.clock.phase("output"):
-            self.observer.checkpoint(self._checkpoint(state))
-            self.observer.save()
-            summary = summarize(self.system, self.stepper, state.balance, state.counters, status)
-            if failure is not None:
-                time_reached = state.kinematics.time
-                summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}
-        self.observer.finish(summary)
-        return summary
-
-
-def _controller(scene: Scene) -> StepSizeController:
-    step, duration = scene.integrator.step, scene.analysis.duration
-    if step != "auto":
-        return FixedStep(float(step))
-    return AdaptiveStep(FIRST_STEP_SHARE * duration, SMALLEST_STEP_SHARE * duration, LARGEST_STEP_SHARE * duration)
-
-
-def _fit(step: float, left: float) -> float:
-    """The step, cut to land on the end, or to half of what is left where that avoids a tiny last step."""
-    if step >= left * (1.0 - 1e-9):
-        return left
-    return step if 1.5 * step <= left else 0.5 * left
-
-
-def _hermite(before: Kinematics, after: Kinematics, time: float) -> np.ndarray:
-    """q between two accepted states from q and v at both, fourth order in the step."""
-    h = after.time - before.time
-    s = (time - before.time) / h
-    return (
-        before.q * (1.0 + 2.0 * s) * (1.0 - s) ** 2
-        + h * before.v * s * (1.0 - s) ** 2
-        + after.q * s**2 * (3.0 - 2.0 * s)
-        - h * after.v * s**2 * (1.0 - s)
-    )
-
-
-@contextmanager
-def _deferred_interrupt() -> Iterator[threading.Event]:
-    """Ctrl-C and a polite kill set the event and let the step in progress end; a second Ctrl-C stops at once."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-    previous = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def handle(number, frame):
-        if event.is_set():
-            raise KeyboardInterrupt
-        event.set()
-
-    for number in previous:
-        signal.signal(number, handle)
-    try:
-        yield event
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)

@@ -56,12 +56,12 @@ class Stepper:
 
     def __init__(self, system: System, method: GeneralizedAlpha):
         self.system, self.method = system, method
-        self.constraint_form = make_constraint_form(system)
+        self.constraint_form = make_constraint_form(system, system.mass)
         self.tolerance = system.scene.integrator.tolerance * system.mesh.size
         self.material = system.scene.material
         null = system.constraints.null_space
         self.reduced_mass = splu((null.T @ system.full_mass @ null).tocsc()) if null.shape[1] else None
-        self.after_kink = AFTER_KINK * system.scene.analysis.duration
+        self.after_kink = AFTER_KINK * system.scene.analysis.end
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
             size = 3 * system.coordinates.count
@@ -126,7 +126,7 @@ class Stepper:
             self.system,
             self.constraint_form,
             form,
-            self.system.body_force(form.time).ravel(),
+            self.system.external.at(form.time),
             self._damping_matrix(before.q),
         )
         newton = minimize(potential, self._predictor(form), NEWTON_SHARE * self.tolerance)
@@ -170,8 +170,9 @@ class Stepper:
         return self.full_tangent.matrix(self.full_tangent.values(linearization.blocks).copy())
 
     def _balance_without_inertia(self, time: float, q: np.ndarray, v: np.ndarray, damping_matrix) -> np.ndarray:
-        gradient = self.system.evaluate(q).gradient.ravel()
-        return gradient + self._damping(v, damping_matrix) - self.system.body_force(time).ravel()
+        external = self.system.external_force(q, self.system.external.at(time))
+        gradient = self.system.evaluate(q).gradient - external
+        return gradient.ravel() + self._damping(v, damping_matrix)
 
     def _damping(self, v: np.ndarray, damping_matrix: csc_matrix | None) -> np.ndarray:
         """(3n,) damping forces alpha M v + beta K_0 v."""
@@ -181,8 +182,8 @@ class Stepper:
         return damping
 
     def _forces(self, state: Kinematics, gradient: np.ndarray, damping_matrix=None) -> Forces:
-        body = self.system.body_force(state.time).ravel()
+        external = self.system.external_force(state.q, self.system.external.at(state.time)).ravel()
         damping = self._damping(state.v, damping_matrix)
-        balance = (self.system.mass @ state.acceleration + gradient).ravel() + damping - body
+        balance = (self.system.mass @ state.acceleration + gradient).ravel() + damping - external
         constraints = self.system.constraints
-        return Forces(body, damping, constraints.right_inverse.T @ balance, constraints.values(state.time))
+        return Forces(external, damping, constraints.right_inverse.T @ balance, constraints.values(state.time))

@@ -1,9 +1,10 @@
 """The incremental potential of one time step and its Newton directions.
 
-    Phi(q) = 1/2 b |q - q_b|_M^2 + 1/2 alpha g |q - q_g|_M^2 + U(q) + U_contact(q) - f . q + 1/2 beta g |q - q_g|_K0^2
+    Phi(q) = 1/2 b |q - q_b|_M^2 + 1/2 alpha g |q - q_g|_M^2 + U(q) + U_contact(q) - W(q) + 1/2 beta g |q - q_g|_K0^2
 
 whose gradient is the force balance (57) at the end of the step, with q'' = b (q - q_b) and v = g (q - q_g). The matrix
-K_0 of stiffness damping (55) is the tangent at the start of the step.
+K_0 of stiffness damping (55) is the tangent at the start of the step. Follower pressure on a free edge has no potential
+W; then "gradient" means the force balance, and its derivative is not symmetric.
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from warp_origami.system import System
+from warp_origami.terms.external import ExternalForce
 
 from .constraint_form import ConstraintForm, NewtonFactor
 from .generalized_alpha import StepForm
@@ -27,7 +29,7 @@ class StepPotential:
 
     Attributes:
         system, constraint_form, form: what is solved.
-        body_force: (3n,) f at the end of the step.
+        external: the external force at the end of the step.
         damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
     """
@@ -35,7 +37,7 @@ class StepPotential:
     system: System
     constraint_form: ConstraintForm
     form: StepForm
-    body_force: np.ndarray
+    external: ExternalForce
     damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
 
@@ -43,7 +45,7 @@ class StepPotential:
         return self._balance(q, self.system.evaluate(q.reshape(-1, 3)).gradient)
 
     def linearize(self, q: np.ndarray):
-        linearization = self.system.linearize(q.reshape(-1, 3))
+        linearization = self.system.linearize(q.reshape(-1, 3), self.external)
         material = self.system.scene.material
         inertia = self.form.b + material.mass_damping * self.form.g
         damping = material.stiffness_damping * self.form.g
@@ -71,7 +73,8 @@ class StepPotential:
         inertia = form.b * (x - form.q_b)
         if material.mass_damping:
             inertia = inertia + material.mass_damping * form.g * (x - form.q_g)
-        balance = (self.system.mass @ inertia + gradient).ravel() - self.body_force
+        external = self.system.external_force(x, self.external)
+        balance = (self.system.mass @ inertia + gradient - external).ravel()
         if self.damping_matrix is not None:
             balance += material.stiffness_damping * form.g * (self.damping_matrix @ (x - form.q_g).ravel())
         return balance

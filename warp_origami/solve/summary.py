@@ -24,11 +24,19 @@ class Counters:
     max_penetration: float = 0.0
 
     def tried(self, outcome) -> "Counters":
-        """After a tried step: one solve per iteration and one for the error estimate."""
+        """After a tried step of the integrator: one solve per iteration and one for the error estimate."""
         return replace(
             self,
             newton_iterations=self.newton_iterations + outcome.iterations,
             linear_solves=self.linear_solves + outcome.iterations + (outcome.kinematics is not None),
+        )
+
+    def iterated(self, iterations: int) -> "Counters":
+        """After iterations of Newton, one solve each."""
+        return replace(
+            self,
+            newton_iterations=self.newton_iterations + iterations,
+            linear_solves=self.linear_solves + iterations,
         )
 
     def rejected(self) -> "Counters":
@@ -44,7 +52,7 @@ class Counters:
         )
 
 
-def summarize(system: System, stepper, balance: EnergyBalance, counters: Counters, status: str) -> dict:
+def summarize(system: System, constraint_form, balance: EnergyBalance, counters: Counters, status: str) -> dict:
     """Content of summary.json."""
     constraints = system.constraints
     return {
@@ -55,8 +63,8 @@ def summarize(system: System, stepper, balance: EnergyBalance, counters: Counter
         "elements": len(system.mesh.triangles),
         "dofs": constraints.null_space.shape[1],
         "constraints": len(constraints.sources),
-        "constraint_form": stepper.constraint_form.name,
-        "linear_solver": stepper.constraint_form.solver.name,
+        "constraint_form": constraint_form.name,
+        "linear_solver": constraint_form.solver.name,
         "terms": system.terms,
         "kernel_modules": system.kernel_modules,
         "steps_accepted": counters.steps_accepted,

@@ -79,7 +79,8 @@ class Membrane:
         law = LAWS[material.model]
         self._kernels = membrane_kernels(law)
         self._device = device
-        self._parameters = law.parameters(material.youngs_modulus, material.poisson_ratio, material.s1, material.s2)
+        self._law, self._material = law, material
+        self._parameters = self._parameters_of(material.s1, material.s2)
         self.name = f"membrane ({law.NAME})"
         self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
 
@@ -134,6 +135,15 @@ class Membrane:
         """
         energy, gradient = self.linearize(q)
         return energy, gradient, self._blocks.read()
+
+    def set_stiffness_ratios(self, s1: float, s2: float) -> None:
+        """Evaluates forces and tangents with other stiffness ratios than the material's from now on."""
+        parameters = self._parameters_of(s1, s2)
+        for launch in (self._launch_gradient, self._launch_tangent):
+            launch.set_param_by_name("parameters", parameters)
+
+    def _parameters_of(self, s1: float, s2: float):
+        return self._law.parameters(self._material.youngs_modulus, self._material.poisson_ratio, s1, s2)
 
     def sampler(self, table: ShapeTable) -> "StressSampler":
         """Stress at the points of `table`, for repeated use."""

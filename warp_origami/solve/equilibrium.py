@@ -1,0 +1,216 @@
+"""Equilibrium of the sheet at one load factor, by Newton on the potential energy.
+
+    grad U(q) + grad U_contact(q) - f(q) = 0   over   C q = d
+
+An unstressed sheet has no stiffness across its plane, and slack parts hardly any. The tangent is therefore made
+definite by a vanishing prestress and elastic foundation on the increment,
+
+    (K + c G) dq = -grad,   G = E h int (grad S_i . grad S_j + S_i S_j / L^2) dA,
+
+whose multiple c falls after every good iteration and grows where the tangent is not positive definite. The residual is
+that of the sheet alone: where the iteration ends does not depend on G. Steps have the length of the line search of
+`newton`.
+
+Where the wrinkling law makes that slow, the stiffness ratios s1, s2 are let fall from 1e-1 to the material's in
+decades, each loosely solved from the last: the states settle while they still matter little to each other.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warp_origami.system import System
+from warp_origami.terms.external import ExternalForce
+from warp_origami.terms.prestress import prestress_stiffness
+
+from .constraint_form import make_constraint_form
+from .newton import line_search
+from .result import Failure
+
+MAXIMUM_ITERATIONS = 100
+PATIENCE = 20
+"""Iterations after which the energy decrease that the next step promises must lie below 10^(-k / 4) of the energy at
+iteration k; where it does not, the stiffness ratios are let fall in decades."""
+RUNG_ITERATIONS = 10
+RUNG_MULTIPLE = 1e-6
+RUNG_TOLERANCE = 1e-6
+"""Relative energy decrease at which a decade is solved."""
+LARGEST_RATIO = 0.1
+FIRST_MULTIPLE = 1e-2
+SMALLEST_MULTIPLE = 1e-14
+"""Below it c is zero: round-off of the tangent of a taut sheet."""
+LARGEST_MULTIPLE = 10.0
+GOOD_LENGTH = 0.5
+"""Shortest step after which c falls."""
+POOR_LENGTH = 0.1
+"""Longest step after which c grows: the tangent promised what is not there."""
+POOR_MULTIPLE = 1e-6
+
+STEP_TOLERANCE = 1e-10
+"""Newton step over the size of the sheet that ends the iteration."""
+ENERGY_TOLERANCE = 1e-13
+"""Decrease of the energy that the next step promises, over the energy, that ends the iteration: where the wrinkling law
+switches over a whole region, the energy is flat and steps alone do not tell."""
+DIFFERENCE = 1e-8
+"""Displacement, over the size of the sheet, by which the tangent along prescribed motion is found."""
+OWN_SHARE = 0.5
+"""Least share of the sheet's own stiffness in the tangent along a step for its size to be believed."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Where the iteration ended.
+
+    Attributes:
+        q: (n, 3).
+        iterations: number of linearizations.
+        multiple: c at the end.
+        failure: None if it is an equilibrium.
+    """
+
+    q: np.ndarray
+    iterations: int
+    multiple: float
+    failure: Failure | None = None
+
+
+class EquilibriumSolver:
+    """Newton's method for the equilibria of one system.
+
+    Attributes:
+        constraint_form: how constraints are held, and the linear solver in use.
+    """
+
+    def __init__(self, system: System):
+        self.system = system
+        material, size = system.scene.material, system.mesh.size
+        areal_mass = material.density * material.thickness
+        foundation = prestress_stiffness(system.mesh, system.coordinates) + system.mass / (areal_mass * size**2)
+        self.metric = (material.youngs_modulus * material.thickness * foundation).tocsr()
+        self.constraint_form = make_constraint_form(system, self.metric, least_multiple=1.0)
+        self.tolerance = STEP_TOLERANCE * size
+
+    def solve(self, start: np.ndarray, external: ExternalForce, held: np.ndarray, multiple: float) -> Equilibrium:
+        """Equilibrium near `start` (n, 3).
+
+        Args:
+            external: force at the new load factor.
+            held: (3n,) what the constraints prescribe now, less what `start` has there: P (d - C q).
+            multiple: c to begin with.
+        """
+        ratios = self._ladder()
+        direct = self._iterate(start, external, held, multiple, patient=not ratios)
+        if direct.failure is None or not ratios:
+            return direct
+        iterations, state = direct.iterations, Equilibrium(start, 0, max(multiple, FIRST_MULTIPLE))
+        try:
+            for s1, s2 in ratios:
+                self.system.membrane.set_stiffness_ratios(s1, s2)
+                state = self._iterate(
+                    state.q, external, held, max(state.multiple, RUNG_MULTIPLE), RUNG_ITERATIONS, RUNG_TOLERANCE
+                )
+                iterations, held = iterations + state.iterations, np.zeros_like(held)
+        finally:
+            material = self.system.scene.material
+            self.system.membrane.set_stiffness_ratios(material.s1, material.s2)
+        last = self._iterate(state.q, external, held, state.multiple)
+        return replace(last, iterations=iterations + last.iterations)
+
+    def _ladder(self) -> list[tuple[float, float]]:
+        """Stiffness ratios (s1, s2) from the largest down to the material's, without these."""
+        material = self.system.scene.material
+        smallest = min(material.s1, material.s2)
+        if material.model == "linear" or smallest >= LARGEST_RATIO:
+            return []
+        decades = int(np.ceil(np.log10(LARGEST_RATIO / smallest) - 1e-9))
+        falling = LARGEST_RATIO * 10.0 ** -np.arange(decades)
+        return [(max(s, material.s1), max(s, material.s2)) for s in falling.tolist()]
+
+    def _iterate(
+        self,
+        start: np.ndarray,
+        external: ExternalForce,
+        held: np.ndarray,
+        multiple: float,
+        maximum: int = MAXIMUM_ITERATIONS,
+        energy_tolerance: float = ENERGY_TOLERANCE,
+        patient: bool = True,
+    ) -> Equilibrium:
+        potential = _Potential(self.system, external)
+        q, least = start.ravel(), 0.0
+        moves = bool(np.any(held))
+        for iteration in range(1, maximum + 1):
+            linearization = self.system.linearize(q.reshape(-1, 3), external)
+            gradient = potential.balance(q, linearization.gradient)
+            factor, multiple, least = self._factorize(linearization, multiple, least)
+            if factor is None:
+                return self._failed(q, iteration, multiple, "the tangent is not positive definite")
+            if moves:  # the first step takes the constraints along
+                pull = potential.stiffness_times(q, held) + multiple * self._metric_times(held)
+                q = q + held + factor.direction(gradient + pull)
+                moves = False
+                continue
+            step = factor.direction(gradient)
+            slope = float(gradient @ step)
+            if not np.isfinite(slope):
+                return self._failed(q, iteration, multiple, "the Newton step is not a number")
+            energy = potential.scale(q)
+            if not patient and iteration > PATIENCE and abs(slope) > 10.0 ** (-iteration / 4) * energy:
+                break
+            own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(abs(slope), np.finfo(float).tiny)
+            if own >= OWN_SHARE or multiple <= least:
+                if self._size(step) < self.tolerance or abs(slope) < energy_tolerance * energy:
+                    return Equilibrium((q + step).reshape(-1, 3), iteration, multiple)
+            length = line_search(potential, q, step, slope)
+            q = q + length * step
+            if length >= GOOD_LENGTH:
+                multiple = max(0.1 * multiple, least)
+                multiple = multiple if multiple > SMALLEST_MULTIPLE else least
+            elif length < POOR_LENGTH:
+                multiple = min(max(10.0 * multiple, POOR_MULTIPLE), FIRST_MULTIPLE)
+        return self._failed(q, iteration, multiple, f"Newton did not converge in {iteration} iterations")
+
+    def _factorize(self, linearization, multiple: float, least: float):
+        while multiple <= LARGEST_MULTIPLE:
+            factor = self.constraint_form.factorize(linearization, multiple, 0.0)
+            if factor is not None:
+                return factor, multiple, least
+            multiple = max(10.0 * multiple, SMALLEST_MULTIPLE)
+        return None, multiple, least
+
+    def _metric_times(self, step: np.ndarray) -> np.ndarray:
+        return (self.metric @ step.reshape(-1, 3)).ravel()
+
+    def _size(self, step: np.ndarray) -> float:
+        """Largest displacement that a row of q causes, m."""
+        return float(np.max(self.system.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
+
+    def _failed(self, q: np.ndarray, iterations: int, multiple: float, reason: str) -> Equilibrium:
+        advice = "more analysis.load_steps, larger material.s1 and s2, or supports that hold what is free to move"
+        return Equilibrium(q.reshape(-1, 3), iterations, multiple, Failure(reason, advice))
+
+
+class _Potential:
+    """The potential energy as the line search wants it; q is (3n,)."""
+
+    def __init__(self, system: System, external: ExternalForce):
+        self.system, self.external = system, external
+
+    def gradient(self, q: np.ndarray) -> np.ndarray:
+        return self.balance(q, self.system.evaluate(q.reshape(-1, 3)).gradient)
+
+    def balance(self, q: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        """(3n,) gradient of the energies less the external force."""
+        return (gradient - self.system.external_force(q.reshape(-1, 3), self.external)).ravel()
+
+    def stiffness_times(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """(3n,) tangent times a small part of `step`, as a difference."""
+        share = DIFFERENCE * self.system.mesh.size / np.abs(step).max()
+        return (self.gradient(q + share * step) - self.gradient(q)) / share
+
+    def scale(self, q: np.ndarray) -> float:
+        """Energy that changes are compared with, J."""
+        evaluation = self.system.evaluate(q.reshape(-1, 3))
+        moved = q.reshape(-1, 3) - self.system.q0
+        work = float(np.sum(np.abs(self.system.external_force(q.reshape(-1, 3), self.external) * moved)))
+        return max(evaluation.strain_energy + evaluation.contact_energy, work)

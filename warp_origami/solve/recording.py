@@ -1,0 +1,65 @@
+"""Rows of the tables of results."""
+
+import numpy as np
+
+from warp_origami.system import System
+
+from .energy import EnergyBalance
+from .records import StepRecord
+from .sampling import Probes, Reactions
+
+
+class Recorder:
+    """Makes the record of an accepted state."""
+
+    def __init__(self, system: System):
+        self.system = system
+        self.probes, self.reactions = Probes(system), Reactions(system)
+
+    def __call__(
+        self,
+        time: float,
+        step: float,
+        q: np.ndarray,
+        v: np.ndarray,
+        balance: EnergyBalance,
+        prescribed: np.ndarray,
+        iterations: int,
+    ) -> StepRecord:
+        """The record of a state.
+
+        Args:
+            time, step: s, or load factor and its increment.
+            q, v: (n, 3).
+            balance: energies.
+            prescribed: (m,) forces of the constraint equations on the sheet.
+            iterations: of Newton, for the step that ended here.
+        """
+        taut, wrinkled, slack = self.system.membrane.state_fractions(q)
+        sts, nts, penetration = self.contacts()
+        history = {
+            "time": time,
+            "step": step,
+            "kinetic_energy": balance.kinetic,
+            "strain_energy": balance.strain,
+            "contact_energy": balance.contact,
+            "dissipated": balance.dissipated,
+            "external_work": balance.external_work,
+            "energy_error": balance.error,
+            "newton_iterations": iterations,
+            "contacts_sts": sts,
+            "contacts_nts": nts,
+            "contacts_edge": 0,
+            "max_penetration": penetration,
+            "taut": taut,
+            "wrinkled": wrinkled,
+            "slack": slack,
+        }
+        return StepRecord(history, self.probes(q, v), self.reactions(prescribed, q))
+
+    def contacts(self) -> tuple[int, int, float]:
+        """Active surface-to-surface and node-to-surface pairs, and the deepest penetration (m)."""
+        if self.system.contact is None:
+            return 0, 0, 0.0
+        found = self.system.contact.statistics()
+        return found.contacts_sts, found.contacts_nts, found.max_penetration

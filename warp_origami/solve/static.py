@@ -1,0 +1,181 @@
+"""Static analysis: load steps from the initial state to the load factor 1, each ended by an equilibrium.
+
+The increment of the load factor is at most 1 / load_steps, is halved where no equilibrium is found, and doubled again
+after steps that succeed.
+"""
+
+import threading
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from warp_origami.system import System
+
+from .energy import EnergyBalance, Forces
+from .equilibrium import FIRST_MULTIPLE, Equilibrium, EquilibriumSolver
+from .modal import Modes, ModeShapes
+from .packing import pack, pack_contact, restore_contact, unpack
+from .recording import Recorder
+from .records import Observer
+from .result import Failure
+from .sampling import Surface
+from .summary import Counters, summarize
+
+SMALLEST_SHARE = 1e-4
+"""Smallest increment over the first."""
+
+KEPT_MULTIPLE = 1e-6
+"""Least multiple of the regularization at the start of a load step: the next one finds it if it needs more."""
+
+
+@dataclass(frozen=True)
+class StaticState:
+    """All that changes during a run.
+
+    Attributes:
+        factor: load factor.
+        q: (n, 3) equilibrium; at load factor 0 the initial state, in equilibrium or not.
+        increment: of the load factor, to try next.
+        multiple: of the regularization, to begin with.
+        forces, balance: for the energy balance.
+        counters: numbers for the summary.
+    """
+
+    factor: float
+    q: np.ndarray
+    increment: float
+    multiple: float
+    forces: Forces
+    balance: EnergyBalance
+    counters: Counters
+
+
+class StaticRun:
+    """What stays the same during a run, and the loop over load steps.
+
+    With `modes`, frames show the mode shapes about the last equilibrium, else the equilibria.
+    """
+
+    def __init__(self, system: System, observer: Observer, until: float, modes: Modes | None = None):
+        self.system, self.observer, self.until, self.modes = system, observer, until, modes
+        self.clock = system.clock
+        with self.clock.phase("setup"):
+            self.record, self.surface = Recorder(system), Surface(system)
+            self.solver = EquilibriumSolver(system)
+        self.largest = 1.0 / system.scene.analysis.load_steps
+
+    def start(self) -> StaticState:
+        """The initial state, with its first row and frame written."""
+        system = self.system
+        self.observer.start(system.scene, self.surface.submesh, None)
+        system.accept(system.q0)
+        stored = system.evaluate(system.q0)
+        balance = EnergyBalance.start(0.0, stored.strain_energy, stored.contact_energy)
+        forces = self._forces(0.0, system.q0, stored.gradient)
+        state = StaticState(0.0, system.q0, self.largest, FIRST_MULTIPLE, forces, balance, Counters())
+        self._write(state, 0.0, 0)
+        return state
+
+    def resume(self, arrays: dict[str, np.ndarray]) -> StaticState:
+        """The state of a checkpoint.
+
+        Raises:
+            InputError: it is not one of this version.
+        """
+        state = StaticState(**unpack(arrays, {field.name: field.type for field in fields(StaticState)}))
+        restore_contact(self.system.contact, arrays)
+        self.observer.start(self.system.scene, self.surface.submesh, state.factor)
+        return state
+
+    def loop(self, state: StaticState, interrupted: threading.Event) -> dict:
+        """Load steps until the end, a failure or an interrupt; returns the summary."""
+        status, failure = "done", None
+        while state.factor < self.until and status == "done":
+            if interrupted.is_set():
+                status = "interrupted"
+                continue
+            state, failure = self._advance(state)
+            status = "done" if failure is None else "failed"
+        return self._finish(state, status, failure)
+
+    def _advance(self, state: StaticState) -> tuple[StaticState, Failure | None]:
+        """The state after the next load step, which is retried with smaller ones as often as needed."""
+        increment, counters = state.increment, state.counters
+        while True:
+            factor = state.factor + increment
+            if factor > self.until - 1e-3 * increment:
+                factor = self.until
+            found = self._solve(state, factor)
+            counters = counters.iterated(found.iterations)
+            if found.failure is None:
+                break
+            counters = counters.rejected()
+            increment *= 0.5
+            if increment < SMALLEST_SHARE * self.largest:
+                return replace(state, counters=counters), found.failure
+        self.system.accept(found.q)
+        step = factor - state.factor
+        after = self._state(state, found, factor, counters.accepted(self.record.contacts()[2]))
+        after = replace(after, increment=min(2.0 * increment, self.largest))
+        self._write(after, step, found.iterations)
+        return after, None
+
+    def _solve(self, state: StaticState, factor: float) -> Equilibrium:
+        c = self.system.constraints
+        missing = c.values(factor) - c.equations @ state.q.ravel()
+        missing[np.abs(missing) < np.finfo(float).eps * self.system.mesh.size] = 0.0
+        external = self.system.external.at(factor)
+        return self.solver.solve(state.q, external, c.right_inverse @ missing, state.multiple)
+
+    def _state(self, before: StaticState, found: Equilibrium, factor: float, counters: Counters) -> StaticState:
+        stored = self.system.evaluate(found.q)
+        forces = self._forces(factor, found.q, stored.gradient)
+        moved = (found.q - before.q).ravel()
+        balance = before.balance.advance(0.0, stored.strain_energy, stored.contact_energy, moved, before.forces, forces)
+        multiple = max(found.multiple, KEPT_MULTIPLE)
+        return StaticState(factor, found.q, before.increment, multiple, forces, balance, counters)
+
+    def _forces(self, factor: float, q: np.ndarray, gradient: np.ndarray) -> Forces:
+        external = self.system.external_force(q, self.system.external.at(factor))
+        constraints = self.system.constraints
+        prescribed = constraints.right_inverse.T @ (gradient - external).ravel()
+        return Forces(external.ravel(), np.zeros(external.size), prescribed, constraints.values(factor))
+
+    def _write(self, state: StaticState, step: float, iterations: int) -> None:
+        with self.clock.phase("output"):
+            still = np.zeros_like(state.q)
+            prescribed = state.forces.prescribed
+            self.observer.step(self.record(state.factor, step, state.q, still, state.balance, prescribed, iterations))
+            if self.modes is None:
+                self.observer.frame(self.surface.frame(state.factor, state.q))
+            self.observer.checkpoint(self._checkpoint(state))
+
+    def _checkpoint(self, state: StaticState) -> dict[str, np.ndarray]:
+        return pack(vars(state)) | pack_contact(self.system.contact)
+
+    def _finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
+        frequencies = {}
+        if self.modes is not None and status == "done" and self.until == self.system.scene.analysis.end:
+            found = self.modes.find(state.q, self.system.external.at(state.factor))
+            if isinstance(found, Failure):
+                status, failure = "failed", found
+            else:
+                frequencies = {"frequencies": found.frequencies.tolist()}
+                self._draw(found, state.q)
+        with self.clock.phase("output"):
+            self.observer.checkpoint(self._checkpoint(state))
+            self.observer.save()
+            form = self.solver.constraint_form
+            summary = summarize(self.system, form, state.balance, state.counters, status) | frequencies
+            if failure is not None:
+                summary |= {
+                    "message": f"stopped at load factor {state.factor:.6g}: {failure.reason}",
+                    "advice": failure.advice,
+                }
+        self.observer.finish(summary)
+        return summary
+
+    def _draw(self, modes: ModeShapes, q: np.ndarray) -> None:
+        with self.clock.phase("output"):
+            for time, state in modes.motion(q, self.system):
+                self.observer.frame(self.surface.frame(time, state))

@@ -1,0 +1,1 @@
+"""Many runs of a scene: held against known results, or against each other."""
