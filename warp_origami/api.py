@@ -47,7 +47,7 @@ def simulate(
     Args:
         scene: from load_scene or made with Scene(...).
         device: "cpu" (also for None) or "cuda:0".
-        until: end earlier than the scene does, s.
+        until: end earlier than the scene does, at this time (s) or load factor.
         observers: told in addition about every step and frame, for example output.run_directory.RunDirectory(path).
         threads: of the linear algebra on the CPU.
 

@@ -91,7 +91,7 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [runs/<scene>].")
 @click.option("--device", metavar="NAME", help="cpu or cuda:0 [cpu, until CUDA has been measured].")
 @set_option
-@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End at time T, s.")
+@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End at time T, s (static: load factor).")
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint in DIR; without one start anew.")
 @click.option("--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads of the linear algebra [1].")
 @click.option("--quiet", is_flag=True, help="No progress bar.")

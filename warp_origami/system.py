@@ -276,6 +276,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     folds = int(np.sum(constraints.sources < 0))
     lines = [
         ("scene", scene.name),
+        ("analysis", _describe_analysis(scene)),
         ("elements", str(len(system.mesh.triangles))),
         ("faces", str(int(system.mesh.faces.max()) + 1)),
         ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
@@ -290,6 +291,14 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     if system.contact is not None:
         lines += _describe_contact(system.contact.summary())
     return lines
+
+
+def _describe_analysis(scene: Scene) -> str:
+    analysis = scene.analysis
+    if analysis.kind == "dynamic":
+        return f"dynamic, {analysis.duration:g} s"
+    steps = f"{analysis.load_steps} load steps or more"
+    return f"static, {steps}" if analysis.kind == "static" else f"modal, {analysis.count} frequencies after {steps}"
 
 
 def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
