@@ -47,8 +47,8 @@ def tension_field_annulus(b_over_a, nu, wrinkled_to=None, angle=None):
         shear strain = 2 r0 / x (sqrt(C) / x - e0 - u / r)
 
     Stresses and u are continuous at R. Stein and Hedgepeth, NASA TN D-813 (1961). First wrinkle: T = T_w,
-    phi E / s0 = (1 + nu) (1 - a^2 / b^2). Raises ValueError where no finite rotation reaches such a radius, or two or
-    none of wrinkled_to and angle are given.
+    phi E / s0 = (1 + nu) (1 - a^2 / b^2). Raises ValueError where no finite rotation reaches such a radius, where the
+    rotation wrinkles it to the rim, or where not one of wrinkled_to and angle is given.
     """
     first = (1.0 + nu) * (1.0 - 1.0 / b_over_a**2)
     if (angle is None) == (wrinkled_to is None):
@@ -65,7 +65,10 @@ def tension_field_annulus(b_over_a, nu, wrinkled_to=None, angle=None):
     def error(radius):  # the rotation is infinite at a radius below b and negative beyond
         return 1.0 / _tension_field(b_over_a, nu, radius)[0].rotation - 1.0 / angle
 
-    radius = _bracketed(error, 1.0 + 1e-9, b_over_a * (1.0 - 1e-9))
+    low, high = 1.0 + 1e-9, b_over_a * (1.0 - 1e-9)
+    if error(high) > 0.0:
+        raise ValueError(f"angle = {angle}: the wrinkles reach the rim before")
+    radius = brentq(error, low, high, xtol=1e-13, rtol=1e-14) if error(low) > 0.0 else low
     return _tension_field(b_over_a, nu, radius)[0]
 
 
@@ -96,7 +99,7 @@ def _tension_field(b, nu, R):
         return u(np.sqrt(1.0 - lever**2))
 
     # the steepest tension line touches the hub
-    direction = _bracketed(hub, 1e-6, np.arcsin(1.0 / R) * (1.0 - 1e-12))
+    direction = brentq(hub, 1e-6, np.arcsin(1.0 / R) * (1.0 - 1e-12), xtol=1e-14, rtol=1e-14)
     lever, way, u = wrinkled(direction)
     e0, _ = prestrain(direction)
 
@@ -111,13 +114,6 @@ def _tension_field(b, nu, R):
     s0 = e0 / (1.0 - nu)
     twisted = Twisted(float(torque / s0), float(rotation / s0), R, float(np.pi * energy / s0**2))
     return twisted, direction, 1.0 / s0
-
-
-def _bracketed(error, low, high):
-    below, above = error(low), error(high)
-    if below * above > 0.0:
-        raise ValueError("no such state")
-    return brentq(error, low, high, xtol=1e-13, rtol=1e-14)
 
 
 def _solve(error, start):

@@ -239,7 +239,8 @@ def _sampled(membrane, strain, samples):
     pieces = membrane.integrate(strain, sampled=True)
     R = np.linspace(0.0, 1.0, samples)
     inner = np.maximum(R, POLE)
-    y = np.array([next(piece.sol(at) for piece in pieces if at <= piece.t[-1]) for at in inner])
+    ends = np.array([piece.t[-1] for piece in pieces[:-1]])
+    y = np.array([pieces[np.searchsorted(ends, at)].sol(at) for at in inner])
     stresses = np.array([membrane.state(at, row)[3:5] for at, row in zip(inner, y, strict=True)])
     radius, _, drop, volume, energy = y[-1]
     return Revolved(
@@ -249,7 +250,7 @@ def _sampled(membrane, strain, samples):
         rim_radius=float(radius),
         volume=float(volume),
         energy=float(energy),
-        wrinkled_from=float(pieces[0].t[-1]) if len(pieces) > 1 else None,
+        wrinkled_from=float(ends[0]) if len(ends) and ends[0] < 1.0 - 1e-8 else None,
         R=R,
         r=np.where(R > 0.0, y[:, 0], 0.0),
         z=drop - y[:, 2],
