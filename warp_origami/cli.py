@@ -91,7 +91,12 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [runs/<scene>].")
 @click.option("--device", metavar="NAME", help="cpu or cuda:0 [cpu, until CUDA has been measured].")
 @set_option
-@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End at time T, s (static: load factor).")
+@click.option(
+    "--until",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="T",
+    help="End at time T, s (static: load factor).",
+)
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint in DIR; without one start anew.")
 @click.option("--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads of the linear algebra [1].")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
@@ -140,6 +145,49 @@ def run(
         **{name: value for name, value in options.items() if value is not None},
     )
     sys.exit(_report(summary, folder, quiet))
+
+
+@main.command()
+@click.argument("name", required=False)
+@click.option("--quick", is_flag=True, help="Coarse meshes only: less than a minute in all.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), metavar="DIR", help="Also write tables (CSV, JSON) and plots (PNG) here."
+)
+@click.option("--device", metavar="NAME", help="cpu or cuda:0 [cpu, until CUDA has been measured].")
+def verify(name: str | None, quick: bool, out: Path | None, device: str | None) -> None:
+    """Run the verification scenes, or the one called NAME, over their meshes and compare with exact values.
+
+    NAME is a verification scene ("drum"), or the path of a scene of your own with a table [verification]. Prints for
+    each value what is expected and obtained, the relative error (absolute where 0 is expected), its order, and the
+    seconds taken without compilation. Exit code 3 if a value misses its tolerance.
+    """
+    if out is not None:
+        _check_folder(out)
+    _quiet_warp()
+    from .study.verification_table import HEADING, case_lines
+    from .study.verify import find_cases
+
+    cases, found = find_cases(name, device), []
+    click.echo(HEADING)
+    for case in cases:
+        found.append(case.convergence(list(case.levels(quick))))
+        click.echo("\n".join(case_lines(found[-1])))
+        if out is not None:
+            _write_verification(out, found)
+    missed = [case.name for case in found if not case.passed]
+    click.echo("")
+    click.echo(f"missed in {', '.join(missed)}" if missed else "all values are within their tolerances")
+    if missed:
+        sys.exit(FAILED)
+
+
+def _write_verification(folder: Path, found: list) -> None:
+    """Writes tables of all results so far, and the plot of the last case."""
+    from .study.verification_files import draw, write_results
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_results(folder, found)
+    draw(found[-1], folder / f"{Path(found[-1].name).stem}.png")
 
 
 def _process_start() -> float:

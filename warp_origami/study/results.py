@@ -1,0 +1,65 @@
+"""Values read out of a finished run by their paths: history.COLUMN, probes.NAME.COLUMN, frequencies.N, ..."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from warp_origami.api import Run
+from warp_origami.errors import InputError
+from warp_origami.scene import Scene
+from warp_origami.scene.expression import parse
+from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS
+
+
+def check_path(path: str, scene: Scene, key: str) -> None:
+    """Refuses a path that no run of the scene has.
+
+    Raises:
+        InputError: naming `key` and what there is.
+    """
+    table, *rest = path.split(".")
+    if table == "frequencies":
+        count = scene.analysis.count if scene.analysis.kind == "modal" else 0
+        if int(rest[0]) >= count:
+            known = (
+                f"frequencies.0 to frequencies.{count - 1}" if count else 'frequencies only if analysis.kind = "modal"'
+            )
+            raise InputError(key, f'"{path}"', known)
+        return
+    names = {
+        "probes": [probe.name for probe in scene.probe],
+        "reactions": [mover.name for mover in (*scene.support, *scene.driver) if mover.name is not None],
+    }
+    columns = {"history": HISTORY_COLUMNS, "probes": PROBE_COLUMNS, "reactions": REACTION_COLUMNS}[table]
+    if table in names and rest[0] not in names[table]:
+        raise InputError(key, f'"{path}"', f"{table} of " + (", ".join(names[table]) or "the scene, which has none"))
+    if rest[-1] not in columns:
+        raise InputError(key, f'"{path}"', "one of the columns " + ", ".join(columns))
+
+
+def column(path: str, run: Run) -> np.ndarray:
+    """(n,) rows of a path, or a frequency (Hz)."""
+    table, *rest = path.split(".")
+    if table == "frequencies":
+        return np.asarray(run.summary["frequencies"])[int(rest[0])]
+    if table == "history":
+        return run.history[rest[0]]
+    if table == "probes":
+        return run.probes[rest[0]][:, PROBE_COLUMNS.index(rest[1])]
+    return run.reactions[rest[0]][:, REACTION_COLUMNS.index(rest[1])]
+
+
+def read_value(of: str, run: Run) -> float:
+    """Value of an expression over the results of a run in its last row; see scene.expression."""
+    return parse(of).value(lambda path: column(path, run))
+
+
+def check_values(expressions: Iterable[tuple[str, str]], scene: Scene) -> None:
+    """Refuses expressions (key in the scene, expression) that no run of the scene can give a value to.
+
+    Raises:
+        InputError: naming the key and what there is.
+    """
+    for key, of in expressions:
+        for path in parse(of).paths:
+            check_path(path, scene, key)
