@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-PATH = re.compile(r"\b(?:frequencies\.\d+|history\.\w+|(?:probes|reactions)\.\w[\w-]*\.\w+)(?![\w.])")
+PATH = re.compile(r"\b(?:surface\.volume|frequencies\.\d+|history\.\w+|(?:probes|reactions)\.\w[\w-]*\.\w+)(?![\w.])")
 OPERATORS = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,

@@ -18,6 +18,8 @@ def check_path(path: str, scene: Scene, key: str) -> None:
         InputError: naming `key` and what there is.
     """
     table, *rest = path.split(".")
+    if table == "surface":
+        return
     if table == "frequencies":
         count = scene.analysis.count if scene.analysis.kind == "modal" else 0
         if int(rest[0]) >= count:
@@ -38,8 +40,10 @@ def check_path(path: str, scene: Scene, key: str) -> None:
 
 
 def column(path: str, run: Run) -> np.ndarray:
-    """(n,) rows of a path, or a frequency (Hz)."""
+    """(n,) rows of a path, a frequency (Hz), or the volume under the surface at the end (m^3)."""
     table, *rest = path.split(".")
+    if table == "surface":
+        return volume(run.frames[-1].points, run.surface.triangles)
     if table == "frequencies":
         return np.asarray(run.summary["frequencies"])[int(rest[0])]
     if table == "history":
@@ -52,6 +56,14 @@ def column(path: str, run: Run) -> np.ndarray:
 def read_value(of: str, run: Run) -> float:
     """Value of an expression over the results of a run in its last row; see scene.expression."""
     return parse(of).value(lambda path: column(path, run))
+
+
+def volume(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume between plane triangles (n, 3) of points (m, 3) and the plane z = 0, positive where they face it from above."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    # a prism whose top is oblique has the mean height of its corners
+    area = 0.5 * np.cross(b[:, :2] - a[:, :2], c[:, :2] - a[:, :2])
+    return float(np.sum(area * (a + b + c)[:, 2]) / 3.0)
 
 
 def check_values(expressions: Iterable[tuple[str, str]], scene: Scene) -> None:
