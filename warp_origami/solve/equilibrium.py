@@ -24,25 +24,25 @@ from warp_origami.terms.external import ExternalForce
 from warp_origami.terms.prestress import prestress_stiffness
 
 from .constraint_form import make_constraint_form
+from .continuation import Rung, load_ladder, ratio_ladder, scaled, together
 from .newton import line_search
 from .result import Failure
 
-MAXIMUM_ITERATIONS = 100
+MAXIMUM_ITERATIONS = 150
 PATIENCE = 20
 """Iterations after which the energy decrease that the next step promises must lie below 10^(-k / 4) of the energy at
 iteration k; where it does not, the stiffness ratios are let fall in decades."""
-RUNG_ITERATIONS = 10
+RUNG_ITERATIONS = 15
 RUNG_MULTIPLE = 1e-6
 RUNG_TOLERANCE = 1e-6
 """Relative energy decrease at which a decade is solved."""
-LARGEST_RATIO = 0.1
 FIRST_MULTIPLE = 1e-2
 SMALLEST_MULTIPLE = 1e-14
 """Below it c is zero: round-off of the tangent of a taut sheet."""
 LARGEST_MULTIPLE = 10.0
 GOOD_LENGTH = 0.5
 """Shortest step after which c falls."""
-POOR_LENGTH = 0.1
+POOR_LENGTH = 0.3
 """Longest step after which c grows: the tangent promised what is not there."""
 POOR_MULTIPLE = 1e-6
 
@@ -74,6 +74,19 @@ class Equilibrium:
     failure: Failure | None = None
 
 
+@dataclass(frozen=True)
+class Start:
+    """Where Newton begins.
+
+    Attributes:
+        q: (n, 3).
+        held: (3n,) what the constraints prescribe now, less what `q` has there: P (d - C q).
+    """
+
+    q: np.ndarray
+    held: np.ndarray
+
+
 class EquilibriumSolver:
     """Newton's method for the equilibria of one system.
 
@@ -90,54 +103,64 @@ class EquilibriumSolver:
         self.constraint_form = make_constraint_form(system, self.metric, least_multiple=1.0)
         self.tolerance = STEP_TOLERANCE * size
 
-    def solve(self, start: np.ndarray, external: ExternalForce, held: np.ndarray, multiple: float) -> Equilibrium:
-        """Equilibrium near `start` (n, 3).
+    def solve(self, start: Start, external: ExternalForce, multiple: float, guess: Start | None = None) -> Equilibrium:
+        """Equilibrium near `start`.
 
         Args:
             external: force at the new load factor.
-            held: (3n,) what the constraints prescribe now, less what `start` has there: P (d - C q).
             multiple: c to begin with.
+            guess: where Newton begins; ladders begin at `start`.
         """
-        ratios = self._ladder()
-        direct = self._iterate(start, external, held, multiple, patient=not ratios)
-        if direct.failure is None or not ratios:
-            return direct
-        iterations, state = direct.iterations, Equilibrium(start, 0, max(multiple, FIRST_MULTIPLE))
+        ladders = self._ladders(start.q, external)
+        found = self._iterate(guess or start, external, multiple, patient=not ladders)
+        iterations = found.iterations
+        for k, ladder in enumerate(ladders, start=1):
+            if found.failure is None:
+                break
+            last = k == len(ladders)
+            found = self._climb_down(ladder, start, external, max(multiple, FIRST_MULTIPLE), last)
+            iterations += found.iterations
+        return replace(found, iterations=iterations)
+
+    def _climb_down(
+        self, ladder: list[Rung], start: Start, external: ExternalForce, multiple: float, patient: bool
+    ) -> Equilibrium:
+        """Each rung is loosely solved from the last, and then the problem itself."""
+        iterations, still = 0, np.zeros_like(start.held)
         try:
-            for s1, s2 in ratios:
-                self.system.membrane.set_stiffness_ratios(s1, s2)
-                state = self._iterate(
-                    state.q, external, held, max(state.multiple, RUNG_MULTIPLE), RUNG_ITERATIONS, RUNG_TOLERANCE
-                )
-                iterations, held = iterations + state.iterations, np.zeros_like(held)
+            for rung in ladder:
+                self.system.membrane.set_stiffness_ratios(rung.s1, rung.s2)
+                loads, least = scaled(external, rung.load), max(multiple, RUNG_MULTIPLE)
+                found = self._iterate(start, loads, least, True, RUNG_ITERATIONS, RUNG_TOLERANCE)
+                start, multiple, iterations = Start(found.q, still), found.multiple, iterations + found.iterations
         finally:
             material = self.system.scene.material
             self.system.membrane.set_stiffness_ratios(material.s1, material.s2)
-        last = self._iterate(state.q, external, held, state.multiple)
+        last = self._iterate(start, external, multiple, patient)
         return replace(last, iterations=iterations + last.iterations)
 
-    def _ladder(self) -> list[tuple[float, float]]:
-        """Stiffness ratios (s1, s2) from the largest down to the material's, without these."""
-        material = self.system.scene.material
-        smallest = min(material.s1, material.s2)
-        if material.model == "linear" or smallest >= LARGEST_RATIO:
-            return []
-        decades = int(np.ceil(np.log10(LARGEST_RATIO / smallest) - 1e-9))
-        falling = LARGEST_RATIO * 10.0 ** -np.arange(decades)
-        return [(max(s, material.s1), max(s, material.s2)) for s in falling.tolist()]
+    def _ladders(self, start: np.ndarray, external: ExternalForce) -> list[list[Rung]]:
+        """Ladders to try one after the other; contact, whose stiffness does not grow with the loads, bears no larger
+        ones."""
+        material, positions = self.system.scene.material, self.system.coordinates.positions
+        forces = self.system.external_force(start, external)[positions[positions >= 0]]
+        stiffness = material.youngs_modulus * material.thickness * self.system.mesh.size
+        share = float(np.linalg.norm(forces, axis=1).sum()) / stiffness
+        loads = load_ladder(material, share) if self.system.contact is None else []
+        ratios = ratio_ladder(material)
+        return [ladder for ladder in (loads, together(loads, ratios) if loads else ratios) if ladder]
 
     def _iterate(
         self,
-        start: np.ndarray,
+        start: Start,
         external: ExternalForce,
-        held: np.ndarray,
         multiple: float,
+        patient: bool,
         maximum: int = MAXIMUM_ITERATIONS,
         energy_tolerance: float = ENERGY_TOLERANCE,
-        patient: bool = True,
     ) -> Equilibrium:
         potential = _Potential(self.system, external)
-        q, least = start.ravel(), 0.0
+        q, held, least = start.q.ravel(), start.held, 0.0
         moves = bool(np.any(held))
         for iteration in range(1, maximum + 1):
             linearization = self.system.linearize(q.reshape(-1, 3), external)

@@ -12,7 +12,7 @@ import numpy as np
 from warp_origami.system import System
 
 from .energy import EnergyBalance, Forces
-from .equilibrium import FIRST_MULTIPLE, Equilibrium, EquilibriumSolver
+from .equilibrium import FIRST_MULTIPLE, PATIENCE, Equilibrium, EquilibriumSolver, Start
 from .modal import Modes, ModeShapes
 from .packing import pack, pack_contact, restore_contact, unpack
 from .recording import Recorder
@@ -35,6 +35,8 @@ class StaticState:
     Attributes:
         factor: load factor.
         q: (n, 3) equilibrium; at load factor 0 the initial state, in equilibrium or not.
+        earlier, earlier_factor: the state before it.
+        easy: whether Newton alone finds the equilibria, beginning at the last one.
         increment: of the load factor, to try next.
         multiple: of the regularization, to begin with.
         forces, balance: for the energy balance.
@@ -43,6 +45,9 @@ class StaticState:
 
     factor: float
     q: np.ndarray
+    earlier: np.ndarray
+    earlier_factor: float
+    easy: bool
     increment: float
     multiple: float
     forces: Forces
@@ -72,7 +77,9 @@ class StaticRun:
         stored = system.evaluate(system.q0)
         balance = EnergyBalance.start(0.0, stored.strain_energy, stored.contact_energy)
         forces = self._forces(0.0, system.q0, stored.gradient)
-        state = StaticState(0.0, system.q0, self.largest, FIRST_MULTIPLE, forces, balance, Counters())
+        state = StaticState(
+            0.0, system.q0, system.q0, 0.0, True, self.largest, FIRST_MULTIPLE, forces, balance, Counters()
+        )
         self._write(state, 0.0, 0)
         return state
 
@@ -121,11 +128,19 @@ class StaticRun:
         return after, None
 
     def _solve(self, state: StaticState, factor: float) -> Equilibrium:
+        guess = None
+        if not state.easy and state.earlier_factor > 0.0:
+            ratio = (factor - state.factor) / (state.factor - state.earlier_factor)
+            guess = self._begin(state.q + ratio * (state.q - state.earlier), factor)
+        start, external = self._begin(state.q, factor), self.system.external.at(factor)
+        return self.solver.solve(start, external, state.multiple, guess)
+
+    def _begin(self, q: np.ndarray, factor: float) -> Start:
+        """Newton's start at q, (n, 3)."""
         c = self.system.constraints
-        missing = c.values(factor) - c.equations @ state.q.ravel()
+        missing = c.values(factor) - c.equations @ q.ravel()
         missing[np.abs(missing) < np.finfo(float).eps * self.system.mesh.size] = 0.0
-        external = self.system.external.at(factor)
-        return self.solver.solve(state.q, external, c.right_inverse @ missing, state.multiple)
+        return Start(q, c.right_inverse @ missing)
 
     def _state(self, before: StaticState, found: Equilibrium, factor: float, counters: Counters) -> StaticState:
         stored = self.system.evaluate(found.q)
@@ -133,7 +148,10 @@ class StaticRun:
         moved = (found.q - before.q).ravel()
         balance = before.balance.advance(0.0, stored.strain_energy, stored.contact_energy, moved, before.forces, forces)
         multiple = max(found.multiple, KEPT_MULTIPLE)
-        return StaticState(factor, found.q, before.increment, multiple, forces, balance, counters)
+        easy = found.iterations <= PATIENCE and (before.easy or before.earlier_factor == 0.0)
+        return StaticState(
+            factor, found.q, before.q, before.factor, easy, before.increment, multiple, forces, balance, counters
+        )
 
     def _forces(self, factor: float, q: np.ndarray, gradient: np.ndarray) -> Forces:
         external = self.system.external_force(q, self.system.external.at(factor))
