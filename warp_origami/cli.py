@@ -190,6 +190,56 @@ def _write_verification(folder: Path, found: list) -> None:
     draw(found[-1], folder / f"{Path(found[-1].name).stem}.png")
 
 
+@main.command()
+@scene_argument
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [pareto/<scene>].")
+@click.option(
+    "--budget",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=1200.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Wall time for everything, s.",
+)
+@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End every run at time T, s.")
+@set_option
+@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Runs side by side [the number of cores].")
+def pareto(
+    scene: str, out: Path | None, budget: float, until: float | None, overrides: tuple[str, ...], jobs: int | None
+) -> None:
+    """Run SCENE over its settings and compare speed with error.
+
+    Each run is held against exact values if the scene has them, else against the scene's own finest run. Writes
+    pareto.csv and pareto.png into DIR, and prints the table with the Pareto front marked. Runs that are in DIR already
+    are not repeated.
+    """
+    from .scene import load_scene
+
+    folder = Path("pareto") / load_scene(scene, overrides).name if out is None else out
+    _check_folder(folder)
+    from .study.measured_study import Request
+    from .study.pareto import study
+
+    def told(line: str) -> None:
+        click.echo(line, err=True)
+
+    comparison = study(Request(scene, overrides, folder, budget, until, jobs or os.cpu_count() or 1, told))
+    try:
+        comparison.run()
+    finally:  # also after Ctrl-C
+        if comparison.runs:
+            _write_pareto(folder, comparison.findings())
+
+
+def _write_pareto(folder: Path, findings) -> None:
+    from .study.pareto_plot import draw
+    from .study.pareto_table import lines, write_table
+
+    write_table(folder / "pareto.csv", findings)
+    draw(findings, folder / "pareto.png")
+    click.echo("\n".join(lines(findings)))
+
+
 def _process_start() -> float:
     """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
     return time.perf_counter() - (time.time() - psutil.Process().create_time())

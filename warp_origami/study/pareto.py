@@ -1,0 +1,150 @@
+"""Speed against error: which settings a scene is run with, and what each is held against.
+
+A motion is compared over a window [0, T] that the data choose: the two finest runs on the scene's own mesh are made
+first, and T is the time up to which they agree. Finer meshes come next, as far as they can be afforded: the finest of
+them whose own two finest runs agree over WINDOW_SHARE of that window or more gives the reference, and T becomes the
+time up to which those agree. All other settings then run to T, or through the whole scene where the budget allows it.
+Wall time and memory are recorded at every frame: all runs are measured over the same window, however far they went.
+
+What has known values, and what is not a motion (static, modal), is compared at its end.
+"""
+
+from collections.abc import Sequence
+
+from .compare import agreement, length_scale
+from .findings import Findings, findings_at_end, findings_of_motion
+from .measured_study import MESH_SHARE, MeasuredStudy, Request
+from .settings import AGAIN, OWN, Setting, meshes, on_meshes, other_settings, stepping_ladder
+
+WINDOW_SHARE = 0.3
+PAIR_SHARE = 0.15
+"""Of the budget, that each of the two finest runs on the scene's own mesh may take."""
+
+OWN_SHARE = 0.4
+"""Of the budget, that the scene's own settings may take."""
+
+SPARE = 1.5
+"""How many times a run's expected seconds must be left for it to go through the whole scene."""
+
+
+class MotionStudy(MeasuredStudy):
+    """Compares motions over a window.
+
+    Attributes:
+        reference: the finest run.
+        window: number of frames up to which it is known; 0 until then.
+    """
+
+    def __init__(self, request: Request):
+        super().__init__(request)
+        self.reference, self.window = OWN, 0
+
+    def run(self) -> None:
+        """Makes all runs."""
+        self.warm_up()
+        ladder = stepping_ladder(self.scene)
+        budget = self.request.budget
+        self.measure([*reversed(ladder[-2:])], self._whole, self.end, PAIR_SHARE * budget)
+        self.measure([OWN], self._whole, self.end, OWN_SHARE * budget)
+        self.reference, self.window = self._agreeing([OWN, *ladder])
+        others = meshes(self.scene)
+        used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], MESH_SHARE * budget)
+        coarser = [mesh for mesh in others if self.weight(mesh) < 1.0]
+        rest = [*reversed(ladder), *coarser, *other_settings(self.scene), AGAIN]
+        for mesh in used:
+            rest += on_meshes(self.scene, mesh)
+        self.measure(rest, self._as_far_as_possible, self.window_time)
+
+    def findings(self) -> Findings:
+        """Costs and errors of the runs so far."""
+        return findings_of_motion(self, self.reference, self.window)
+
+    @property
+    def window_time(self) -> float:
+        """End of the window, s."""
+        return float(self.runs[self.reference].times[self.window - 1]) if self.window else self.end
+
+    def _finer_meshes(self, finer: Sequence[Setting], limit: float) -> list[Setting]:
+        """Runs pairs on finer meshes, in their order; returns the meshes whose runs could serve as reference."""
+        first, window, used = self.window, self.window_time, []
+        for mesh in finer:
+            if WINDOW_SHARE * self.weight(mesh) * self._seconds(first) > limit:
+                break
+            pair = [on_meshes(self.scene, mesh)[-1], mesh]
+            self.measure(pair, lambda *_: window, window, limit)
+            reference, agreeing = self._agreeing(pair)
+            if agreeing < WINDOW_SHARE * first:
+                self.request.told(f"{mesh.label}: no reference, its two finest runs agree over {agreeing} frames only")
+                break
+            self.reference, self.window = reference, agreeing
+            used.append(mesh)
+        return used
+
+    def _agreeing(self, settings: Sequence[Setting]) -> tuple[Setting, int]:
+        """The finest of the runs, and the number of frames up to which the two finest agree."""
+        sound = [one for one in settings if one in self.runs and self.runs[one].status in ("done", "timed out")]
+        pair = sorted((one for one in sound if len(self.runs[one].times)), key=lambda one: one.fineness)[-2:]
+        if len(pair) < 2:
+            return OWN, 0
+        second, finest = (self.runs[one] for one in pair)
+        return pair[-1], agreement(second, finest, length_scale(finest, self.mesh.size))
+
+    def _seconds(self, frames: int) -> float:
+        """Of the scene's own settings up to a frame; 0 where it has not been reached."""
+        seconds = self.runs[OWN].seconds if OWN in self.runs else ()
+        return float(seconds[frames - 1]) if 0 < frames <= len(seconds) else 0.0
+
+    def _whole(self, setting: Setting, following: Sequence[Setting]) -> float:
+        return self.end
+
+    def _as_far_as_possible(self, setting: Setting, following: Sequence[Setting]) -> float:
+        """The end of the scene if those that follow can still be run to the end of the window, else that."""
+        own = self.runs[OWN]
+        if own.status != "done":
+            return self.window_time
+        needed = sum(self.weight(one) for one in following) * self._seconds(self.window)
+        whole = SPARE * self.weight(setting) * float(own.seconds[-1])
+        return self.end if whole + needed < self.remaining * self.request.jobs else self.window_time
+
+
+class EndStudy(MeasuredStudy):
+    """Compares what runs give at their end: known values, frequencies, the equilibrium."""
+
+    def run(self) -> None:
+        """Makes all runs."""
+        self.warm_up()
+        self._measure_all([OWN])
+        used = []
+        for mesh in meshes(self.scene):
+            if self.weight(mesh) * self._seconds() > MESH_SHARE * self.request.budget:
+                break
+            self._measure_all([mesh])
+            used.append(mesh)
+        rest = stepping_ladder(self.scene) if self.scene.analysis.kind == "dynamic" else []
+        rest = [*rest, *other_settings(self.scene), AGAIN]
+        for mesh in used:
+            rest += on_meshes(self.scene, mesh)
+        self._measure_all(rest)
+
+    def findings(self) -> Findings:
+        """Costs and errors of the runs so far."""
+        return findings_at_end(self)
+
+    def _measure_all(self, settings: Sequence[Setting]) -> None:
+        self.measure(settings, lambda *_: self.end, self.end)
+
+    def _seconds(self) -> float:
+        return self.runs[OWN].summary.get("wall_seconds", 0.0)
+
+
+def study(request: Request) -> MeasuredStudy:
+    """The study of a scene that suits it, to be run.
+
+    Raises:
+        InputError: there is no such scene.
+    """
+    found = EndStudy(request)
+    at_end = found.scene.analysis.kind != "dynamic" or (
+        found.scene.verification is not None and found.end == found.scene.analysis.end
+    )
+    return found if at_end else MotionStudy(request)
