@@ -1,4 +1,4 @@
-"""The progress bar: time, step size, Newton iterations, energy balance."""
+"""The progress bar: time (load factor in statics), step size, Newton iterations, energy balance."""
 
 import sys
 import time
@@ -19,8 +19,9 @@ class Progress:
     """Shows how a run goes (an Observer): a bar on a terminal, a line now and then elsewhere."""
 
     def __init__(self, until: float, stream: TextIO | None = None):
-        """`until` is the time at which the run ends, s; the stream is the standard error unless given."""
+        """`until` is where the run ends (s, or a load factor); the stream is the standard error unless given."""
         self.until = until
+        self._unit = ""  # of time, with a space; none for the load factor
         self.stream = sys.stderr if stream is None else stream
         self._bar: tqdm | None = None
         self._phase = ""
@@ -29,7 +30,11 @@ class Progress:
 
     def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
         """Says what begins."""
-        begins = scene.name if resumed_at is None else f"{scene.name}, resumed at {resumed_at:.4g} s"
+        dynamic = scene.analysis.kind == "dynamic"
+        self._unit = " s" if dynamic else ""
+        begins = scene.name
+        if resumed_at is not None:
+            begins += f", resumed at {'' if dynamic else 'load factor '}{resumed_at:.4g}{self._unit}"
         self.phase(begins)
 
     def phase(self, name: str) -> None:
@@ -45,12 +50,12 @@ class Progress:
         if not self.stream.isatty():
             now = time.monotonic()
             if now >= self._next_line:
-                self._line(f"{history['time']:.4f} of {self.until:g} s: {text}")
+                self._line(f"{history['time']:.4f} of {self.until:g}{self._unit}: {text}")
                 self._next_line = now + LINE_INTERVAL
             return
         if self._bar is None:
-            form = "{percentage:3.0f}%|{bar}| {n:.4f}/{total:g} s [{elapsed}<{remaining}]{postfix}"
-            self._bar = tqdm(total=self.until, file=self.stream, bar_format=form, dynamic_ncols=True)
+            form = "{percentage:3.0f}%|{bar}| {n:.4f}/{total:g}{unit} [{elapsed}<{remaining}]{postfix}"
+            self._bar = tqdm(total=self.until, unit=self._unit, file=self.stream, bar_format=form, dynamic_ncols=True)
         self._bar.set_postfix_str(text, refresh=False)
         self._bar.update(min(history["time"], self.until) - self._bar.n)
 
@@ -59,7 +64,9 @@ class Progress:
         energy = history["kinetic_energy"] + history["strain_energy"] + history["contact_energy"]
         self._largest = max(self._largest, energy)
         error = history["energy_error"] / self._largest if self._largest > 0.0 else 0.0
-        return f"step {history['step']:.1e} s, Newton {int(history['newton_iterations'])}, energy {error:+.1e}"
+        return (
+            f"step {history['step']:.1e}{self._unit}, Newton {int(history['newton_iterations'])}, energy {error:+.1e}"
+        )
 
     def frame(self, frame: Frame) -> None:
         """Nothing to show."""
