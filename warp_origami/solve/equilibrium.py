@@ -51,8 +51,14 @@ STEP_TOLERANCE = 1e-10
 ENERGY_TOLERANCE = 1e-13
 """Decrease of the energy that the next step promises, over the energy, that ends the iteration: where the wrinkling law
 switches over a whole region, the energy is flat and steps alone do not tell."""
+NO_STRAIN = 1e-10
+"""Strain all over the sheet whose energy counts as none: motion without stress ends where round-off would go on."""
 DIFFERENCE = 1e-8
 """Displacement, over the size of the sheet, by which the tangent along prescribed motion is found."""
+BALANCED = 1e-9
+"""Sum of forces over the sum of their magnitudes that counts as none."""
+FARTHEST = 100.0
+"""Distance from the start, over the size of the sheet, at which it is taken to fly off."""
 OWN_SHARE = 0.5
 """Least share of the sheet's own stiffness in the tangent along a step for its size to be believed."""
 
@@ -102,6 +108,13 @@ class EquilibriumSolver:
         self.metric = (material.youngs_modulus * material.thickness * foundation).tocsr()
         self.constraint_form = make_constraint_form(system, self.metric, least_multiple=1.0)
         self.tolerance = STEP_TOLERANCE * size
+        positions = system.coordinates.positions
+        translation = np.zeros((system.coordinates.count, 1))
+        translation[positions[positions >= 0]] = 1.0
+        along = [system.constraints.equations @ (translation * np.eye(3)[c]).ravel() for c in range(3)]
+        self.free_directions = [c for c in range(3) if not np.any(np.abs(along[c]) > BALANCED)]
+        area = float(system.mesh.areas.sum())
+        self.no_energy = NO_STRAIN**2 * material.youngs_modulus * material.thickness * area
 
     def solve(self, start: Start, external: ExternalForce, multiple: float, guess: Start | None = None) -> Equilibrium:
         """Equilibrium near `start`.
@@ -111,6 +124,9 @@ class EquilibriumSolver:
             multiple: c to begin with.
             guess: where Newton begins; ladders begin at `start`.
         """
+        adrift = self._adrift(start.q, external)
+        if adrift is not None:
+            return Equilibrium(start.q, 0, multiple, adrift)
         ladders = self._ladders(start.q, external)
         found = self._iterate(guess or start, external, multiple, patient=not ladders)
         iterations = found.iterations
@@ -121,6 +137,17 @@ class EquilibriumSolver:
             found = self._climb_down(ladder, start, external, max(multiple, FIRST_MULTIPLE), last)
             iterations += found.iterations
         return replace(found, iterations=iterations)
+
+    def _adrift(self, q: np.ndarray, external: ExternalForce) -> Failure | None:
+        """A failure where loads push the whole sheet along a direction in which nothing holds it."""
+        positions = self.system.coordinates.positions
+        forces = self.system.external_force(q, external)[positions[positions >= 0]]
+        total, size = forces.sum(axis=0), np.abs(forces).sum()
+        for c in self.free_directions:
+            if abs(total[c]) > BALANCED * size:
+                reason = f"loads push the sheet along {'xyz'[c]} with {total[c]:.6g} N, and nothing holds it there"
+                return Failure(reason, f"a support that fixes {'xyz'[c]} somewhere, or loads in balance")
+        return None
 
     def _climb_down(
         self, ladder: list[Rung], start: Start, external: ExternalForce, multiple: float, patient: bool
@@ -178,14 +205,21 @@ class EquilibriumSolver:
             if not np.isfinite(slope):
                 return self._failed(q, iteration, multiple, "the Newton step is not a number")
             energy = potential.scale(q)
-            if not patient and iteration > PATIENCE and abs(slope) > 10.0 ** (-iteration / 4) * energy:
+            if (
+                not patient
+                and iteration > PATIENCE
+                and abs(slope) > max(10.0 ** (-iteration / 4) * energy, self.no_energy)
+            ):
                 break
             own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(abs(slope), np.finfo(float).tiny)
             if own >= OWN_SHARE or multiple <= least:
-                if self._size(step) < self.tolerance or abs(slope) < energy_tolerance * energy:
+                least_decrease = max(energy_tolerance * energy, self.no_energy)
+                if self._size(step) < self.tolerance or abs(slope) < least_decrease:
                     return Equilibrium((q + step).reshape(-1, 3), iteration, multiple)
             length = line_search(potential, q, step, slope)
             q = q + length * step
+            if self._size(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
+                return self._failed(q, iteration, multiple, "the sheet flies off")
             if length >= GOOD_LENGTH:
                 multiple = max(0.1 * multiple, least)
                 multiple = multiple if multiple > SMALLEST_MULTIPLE else least

@@ -21,7 +21,7 @@ from .result import Failure
 from .sampling import Surface
 from .summary import Counters, summarize
 
-SMALLEST_SHARE = 1e-4
+SMALLEST_SHARE = 1e-2
 """Smallest increment over the first."""
 
 KEPT_MULTIPLE = 1e-6
@@ -118,7 +118,7 @@ class StaticRun:
                 break
             counters = counters.rejected()
             increment *= 0.5
-            if increment < SMALLEST_SHARE * self.largest:
+            if found.iterations == 0 or increment < SMALLEST_SHARE * self.largest:
                 return replace(state, counters=counters), found.failure
         self.system.accept(found.q)
         step = factor - state.factor
