@@ -60,7 +60,7 @@ def end_error(run: Measurement, reference: Measurement, scale: float) -> float:
 def values_error(values: Sequence[float], exact: Sequence[float]) -> float:
     """Largest relative error of several values, absolute where 0 is exact; NaN if there is none."""
     errors = [abs(value - known) / (abs(known) or 1.0) for value, known in zip(values, exact, strict=False)]
-    return float(max(errors)) if len(errors) == len(exact) > 0 else float("nan")
+    return float(np.max(errors)) if len(errors) == len(exact) > 0 else float("nan")
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.scene import Scene, load_scene
 
 from .measurement import Measurement
-from .settings import OWN, Setting, contact_methods
+from .settings import OWN, Setting, contact_methods, meshes
 from .side_by_side import Job, SideBySide
 
 FRAMES = 400
@@ -134,6 +134,11 @@ class MeasuredStudy:
     def _load(self, setting: Setting) -> Scene:
         measured = (f"output.fps={FRAMES / self.end!r}", "output.fields=[]")
         return load_scene(self.request.name, (*self.request.overrides, *setting.mesh, *setting.changes, *measured))
+
+    def other_meshes(self) -> list[Setting]:
+        """Meshes to compare with the scene's own, coarse to fine."""
+        own = self._load(OWN).pattern
+        return [mesh for mesh in meshes(self.scene) if self._load(mesh).pattern != own]
 
     def weight(self, setting: Setting) -> float:
         """Expected seconds over those of the scene's own settings."""

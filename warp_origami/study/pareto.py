@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from .compare import agreement, length_scale
 from .findings import Findings, findings_at_end, findings_of_motion
 from .measured_study import MESH_SHARE, MeasuredStudy, Request
-from .settings import AGAIN, OWN, Setting, meshes, on_meshes, other_settings, stepping_ladder
+from .settings import AGAIN, OWN, Setting, on_meshes, other_settings, stepping_ladder
 
 WINDOW_SHARE = 0.3
 PAIR_SHARE = 0.15
@@ -22,6 +22,9 @@ PAIR_SHARE = 0.15
 
 OWN_SHARE = 0.4
 """Of the budget, that the scene's own settings may take."""
+
+LATER_MESHES = 0.3
+"""Of the time that is left, that a pair of runs on a further mesh may take."""
 
 SPARE = 1.5
 """How many times a run's expected seconds must be left for it to go through the whole scene."""
@@ -47,7 +50,7 @@ class MotionStudy(MeasuredStudy):
         self.measure([*reversed(ladder[-2:])], self._whole, self.end, PAIR_SHARE * budget)
         self.measure([OWN], self._whole, self.end, OWN_SHARE * budget)
         self.reference, self.window = self._agreeing([OWN, *ladder])
-        others = meshes(self.scene)
+        others = self.other_meshes()
         used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], MESH_SHARE * budget)
         coarser = [mesh for mesh in others if self.weight(mesh) < 1.0]
         rest = [*reversed(ladder), *coarser, *other_settings(self.scene), AGAIN]
@@ -68,7 +71,7 @@ class MotionStudy(MeasuredStudy):
         """Runs pairs on finer meshes, in their order; returns the meshes whose runs could serve as reference."""
         first, window, used = self.window, self.window_time, []
         for mesh in finer:
-            if WINDOW_SHARE * self.weight(mesh) * self._seconds(first) > limit:
+            if not self._affordable(mesh, used, WINDOW_SHARE * self._seconds(first), limit):
                 break
             pair = [on_meshes(self.scene, mesh)[-1], mesh]
             self.measure(pair, lambda *_: window, window, limit)
@@ -79,6 +82,14 @@ class MotionStudy(MeasuredStudy):
             self.reference, self.window = reference, agreeing
             used.append(mesh)
         return used
+
+    def _affordable(self, mesh: Setting, used: Sequence[Setting], own: float, limit: float) -> bool:
+        """Whether a pair of runs can get through enough of the window, and leaves most of the time to other settings;
+        `own` is what the scene's own settings take for that."""
+        if not used:
+            return self.weight(mesh) * own < limit
+        last = float(self.runs[self.reference].seconds[-1]) * self.weight(mesh) / self.weight(used[-1])
+        return last < limit and 2.0 * last < LATER_MESHES * self.remaining * self.request.jobs
 
     def _agreeing(self, settings: Sequence[Setting]) -> tuple[Setting, int]:
         """The finest of the runs, and the number of frames up to which the two finest agree."""
@@ -115,7 +126,7 @@ class EndStudy(MeasuredStudy):
         self.warm_up()
         self._measure_all([OWN])
         used = []
-        for mesh in meshes(self.scene):
+        for mesh in self.other_meshes():
             if self.weight(mesh) * self._seconds() > MESH_SHARE * self.request.budget:
                 break
             self._measure_all([mesh])

@@ -75,7 +75,8 @@ def _stepping(scene: Scene, factor: float) -> Setting:
 
 def other_settings(scene: Scene) -> list[Setting]:
     """What can be varied on the scene's own mesh beside tolerance and step, most interesting first."""
-    found = _radii(scene) if scene.analysis.kind == "dynamic" else _load_steps(scene)
+    dynamic = scene.analysis.kind == "dynamic"
+    found = _radii(scene) if dynamic else _load_steps(scene)
     for degree in DEGREES:
         if degree != scene.integrator.quadrature:
             found.append(Setting(f"quadrature {degree}", "quadrature", (f"integrator.quadrature={degree}",)))
@@ -83,7 +84,7 @@ def other_settings(scene: Scene) -> list[Setting]:
     for form in FORMS:
         if form != scene.integrator.constraints:
             found.append(Setting(form, "constraints", (f"integrator.constraints={form}",)))
-    return found
+    return found + (_radii_and_steps(scene) if dynamic else [])
 
 
 def contact_methods(scene: Scene) -> list[Setting]:
@@ -99,13 +100,15 @@ def _radii(scene: Scene) -> list[Setting]:
     for radius in RADII:
         if radius != scene.integrator.spectral_radius:
             found.append(_radius(radius))
-    for factor in (COMBINED_FACTORS[0], COMBINED_FACTORS[-1]):
-        for radius in COMBINED_RADII:
-            if radius != scene.integrator.spectral_radius:
-                found.append(_radius(radius, _stepping(scene, factor)))
     if scene.integrator.step != "auto":
         found.append(Setting("automatic step", "automatic step", (AUTOMATIC,)))
     return found
+
+
+def _radii_and_steps(scene: Scene) -> list[Setting]:
+    radii = [radius for radius in COMBINED_RADII if radius != scene.integrator.spectral_radius]
+    steps = [_stepping(scene, factor) for factor in (COMBINED_FACTORS[0], COMBINED_FACTORS[-1])]
+    return [_radius(radius, stepping) for stepping in steps for radius in radii]
 
 
 def _radius(radius: float, stepping: Setting | None = None) -> Setting:
