@@ -47,6 +47,8 @@ SKEW = (
     "a sheet can gain or lose energy as it vibrates, is left out of the frequencies"
 )
 
+UNSTABLE = "the equilibrium is unstable: negative frequencies stand for motion that grows"
+
 
 @dataclass(frozen=True)
 class ModeShapes:
@@ -115,7 +117,8 @@ class Modes:
         values = np.where(np.abs(values) <= resolution, 0.0, values)
         shapes = (self.null_space @ vectors).T.reshape(count, -1, 3)
         frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)
-        return ModeShapes(frequencies, shapes, None if symmetric else SKEW)
+        remarks = ([] if symmetric else [SKEW]) + ([UNSTABLE] if np.any(values < 0.0) else [])
+        return ModeShapes(frequencies, shapes, "; ".join(remarks) or None)
 
     def _lanczos(self, stiffness: csc_matrix, count: int, resolution: float) -> tuple[np.ndarray, np.ndarray] | Failure:
         factor = self._factorize(stiffness, resolution / RESOLUTION)
