@@ -51,8 +51,9 @@ STEP_TOLERANCE = 1e-10
 ENERGY_TOLERANCE = 1e-13
 """Decrease of the energy that the next step promises, over the energy, that ends the iteration: where the wrinkling law
 switches over a whole region, the energy is flat and steps alone do not tell."""
-NO_STRAIN = 1e-10
-"""Strain all over the sheet whose energy counts as none: motion without stress ends where round-off would go on."""
+NO_STRAIN, NO_CHANGE = 1e-7, 1e-10
+"""Strain all over the sheet whose energy counts as none, and the one whose energy then ends the iteration: stress-free
+motion has no energy to compare with."""
 DIFFERENCE = 1e-8
 """Displacement, over the size of the sheet, by which the tangent along prescribed motion is found."""
 BALANCED = 1e-9
@@ -114,7 +115,8 @@ class EquilibriumSolver:
         along = [system.constraints.equations @ (translation * np.eye(3)[c]).ravel() for c in range(3)]
         self.free_directions = [c for c in range(3) if not np.any(np.abs(along[c]) > BALANCED)]
         area = float(system.mesh.areas.sum())
-        self.no_energy = NO_STRAIN**2 * material.youngs_modulus * material.thickness * area
+        stiffness = material.youngs_modulus * material.thickness * area
+        self.no_energy, self.no_change = NO_STRAIN**2 * stiffness, NO_CHANGE**2 * stiffness
 
     def solve(self, start: Start, external: ExternalForce, multiple: float, guess: Start | None = None) -> Equilibrium:
         """Equilibrium near `start`.
@@ -204,18 +206,14 @@ class EquilibriumSolver:
             slope = float(gradient @ step)
             if not np.isfinite(slope):
                 return self._failed(q, iteration, multiple, "the Newton step is not a number")
-            energy = potential.scale(q)
-            if (
-                not patient
-                and iteration > PATIENCE
-                and abs(slope) > max(10.0 ** (-iteration / 4) * energy, self.no_energy)
-            ):
-                break
-            own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(abs(slope), np.finfo(float).tiny)
+            energy, decrease = potential.scale(q), abs(slope)
+            least_decrease = self.no_change if energy < self.no_energy else energy_tolerance * energy
+            own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(decrease, np.finfo(float).tiny)
             if own >= OWN_SHARE or multiple <= least:
-                least_decrease = max(energy_tolerance * energy, self.no_energy)
-                if self._size(step) < self.tolerance or abs(slope) < least_decrease:
+                if self._size(step) < self.tolerance or decrease < least_decrease:
                     return Equilibrium((q + step).reshape(-1, 3), iteration, multiple)
+            if not patient and iteration > PATIENCE and decrease > 10.0 ** (-iteration / 4) * energy:
+                break
             length = line_search(potential, q, step, slope)
             q = q + length * step
             if self._size(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
