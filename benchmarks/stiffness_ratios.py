@@ -226,18 +226,25 @@ def write(table: dict, pairs: list) -> None:
 
 
 def draw(table: dict) -> None:
-    """results/stiffness_ratios.png: relative changes over s1 = s2."""
+    """results/stiffness_ratios.png: relative changes over s1 = s2, of cases that change at all."""
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), sharey=True)
+    colours: dict[str, str] = {}
     for (case, quantity), values in table.items():
         pairs = [(s, s) for s in RATIOS[:-1] if (s, s) in values]
-        changes = [max(abs(change(values, pair)), 1e-13) for pair in pairs]
-        axis, name = (axes[1], case.removesuffix(", modes")) if case.endswith("modes") else (axes[0], case)
-        axis.loglog([s for s, _ in pairs], changes, "o-", label=f"{name}: {quantity}", markersize=4)
-    axes[0].set(title="statics", xlabel="s1 = s2", ylabel=f"relative change against s = {SMALLEST:g}")
-    axes[1].set(title="frequencies", xlabel="s1 = s2")
+        changes = [abs(change(values, pair)) for pair in pairs]
+        if max(changes) < 1e-12 or quantity == "f4":
+            continue
+        modal = case.endswith(", modes")
+        colour = colours.setdefault(case, f"C{len(colours)}")
+        style = "s--" if quantity in ("f12", "radius") else "o-"
+        label = f"{case.removesuffix(', modes')}: {quantity}"
+        axes[int(modal)].loglog([s for s, _ in pairs], changes, style, color=colour, label=label, markersize=4)
+    axes[0].set(title="statics", xlabel="s1 = s2", ylabel=f"relative change against s1 = s2 = {SMALLEST:g}")
+    axes[1].set(title="frequencies (above 1: unstable)", xlabel="s1 = s2")
+    axes[0].set_ylim(1e-7, 1e3)  # room for the legends
     for axis in axes:
         axis.grid(True, alpha=0.3)
-        axis.legend(fontsize=7)
+        axis.legend(fontsize=8, loc="upper left", ncols=2)
     figure.tight_layout()
     figure.savefig(RESULTS / "stiffness_ratios.png", dpi=110)
 
