@@ -195,7 +195,7 @@ def moving(offset, frames=5, vertices=3):
     positions[:, :, 0] = np.arange(frames)[:, None]
     positions[:, :, 2] = np.broadcast_to(offset, frames)[:, None]
     times = np.arange(frames, dtype=float)
-    return Measurement("done", "", {}, (), times, times, times, positions, {})
+    return Measurement("done", "", {}, (), times, times, times, times, positions, {})
 
 
 def test_errors_of_motions():

@@ -15,8 +15,13 @@ from .settings import OWN, Setting
 NAN = float("nan")
 TARGETS = (1e-2, 1e-3, 1e-4)
 
+BUSY = 0.8
+"""Share of the wall time that the runs had the processor for, below which processor time is compared instead."""
+
 RESOLVED = 1e-9
 """Errors below count as this: nobody pays for less."""
+
+Runs = dict[Setting, Measurement]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,29 +31,52 @@ class Row:
     Attributes:
         setting: what was varied.
         run: what it gave.
-        seconds: wall time over what is compared.
+        status: of the run; "done" too where it got through the window and no further.
+        wall, processor: s, over what is compared.
         memory: peak, bytes.
         error: against the reference.
         error_on_mesh: of a motion, against the finest run on the same mesh: the share of the steps in the error.
-        status: of the run; "done" too where it got through the window and no further.
+        seconds: wall or processor, whichever counts.
         front, front_on_mesh, front_of_memory: no other row costs less (seconds, seconds on the scene's own mesh,
             memory) without a larger error.
         statistics: of a motion that went to its end.
-        deviations: of these from those of the reference's.
+        deviations: of these from those of the finest run.
     """
 
     setting: Setting
     run: Measurement
-    seconds: float
+    status: str
+    wall: float
+    processor: float
     memory: float
     error: float
-    error_on_mesh: float
-    status: str
+    error_on_mesh: float = NAN
+    seconds: float = NAN
     front: bool = False
     front_on_mesh: bool = False
     front_of_memory: bool = False
     statistics: Statistics | None = None
     deviations: dict[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Against:
+    """What the runs are held against.
+
+    Attributes:
+        reference: of the errors.
+        measure: what an error is.
+        known: the error down to which the reference is known: how far the next run to it is, in steps and in mesh; 0
+            for exact values, NaN where nothing tells.
+        reference_on_mesh: of the errors on the scene's own mesh, empty if that is the reference.
+        statistics_of: run that statistics are held against, empty without.
+    """
+
+    reference: str
+    measure: str
+    known: float
+    reference_on_mesh: str = ""
+    statistics_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,28 +87,34 @@ class Findings:
         scene: that was run.
         rows: in the order of their ends.
         conditions: machine, versions, runs side by side.
-        reference: what errors are against.
-        measure: what an error is.
-        known: the error down to which the reference is known: how far the next finer run to it is, in steps and in
-            mesh; 0 for exact values, NaN where nothing tells.
-        reference_on_mesh: what errors on the scene's own mesh are against, empty if that is the reference.
-        statistics_of: run that statistics are held against, empty without.
+        against: references.
+        clock: "wall", or "processor" where the machine was too busy for wall time to mean much.
+        busy: processor time over wall time, median of all runs.
         repeated: relative difference of the seconds of two runs of the scene's own settings.
     """
 
     scene: Scene
     rows: tuple[Row, ...]
     conditions: dict
-    reference: str
-    measure: str
-    known: float
-    reference_on_mesh: str
-    statistics_of: str
+    against: Against
+    clock: str
+    busy: float
     repeated: float
+
+    @classmethod
+    def of(cls, scene: Scene, rows: Sequence[Row], conditions: dict, against: Against) -> "Findings":
+        """Findings with the clock that means something, and the fronts."""
+        shares = [row.processor / row.wall for row in rows if np.isfinite(row.wall)]
+        busy = float(np.median(shares)) if shares else NAN
+        clock = "processor" if busy < BUSY else "wall"
+        rows = _with_fronts([replace(row, seconds=getattr(row, clock)) for row in rows], against.known)
+        same = [row.seconds for row in rows if row.setting.varied == OWN.varied and np.isfinite(row.seconds)]
+        repeated = abs(same[1] - same[0]) / min(same) if len(same) == 2 else NAN
+        return cls(scene, tuple(rows), conditions, against, clock, busy, repeated)
 
     def shown_error(self, row: Row) -> float:
         """The error, as far as the reference can tell it."""
-        return _resolved(row.error, self.known)
+        return _resolved(row.error, self.against.known)
 
     def cheapest(self, target: float, on_mesh: bool = False) -> Row | None:
         """The cheapest setting whose error (on the scene's own mesh) is at most `target`; None without one."""
@@ -97,44 +131,51 @@ def _error_on_own_mesh(row: Row) -> float:
     return NAN if row.setting.mesh else _resolved(row.error_on_mesh, NAN)
 
 
+def _with_fronts(rows: Sequence[Row], known: float) -> list[Row]:
+    fronts = (
+        pareto_front([(row.seconds, _resolved(row.error, known)) for row in rows]),
+        pareto_front([(row.seconds, _error_on_own_mesh(row)) for row in rows]),
+        pareto_front([(row.memory, _resolved(row.error, known)) for row in rows]),
+    )
+    return [
+        replace(row, front=a, front_on_mesh=b, front_of_memory=c) for row, a, b, c in zip(rows, *fronts, strict=True)
+    ]
+
+
 def findings_of_motion(study: MeasuredStudy, reference: Setting, window: int) -> Findings:
     """Of runs compared over the first `window` frames with the run of `reference`."""
-    runs, size = study.runs, study.mesh.size
-    scale = length_scale(runs[reference], size) if reference in runs and len(runs[reference].times) else size
+    runs = study.runs
+    best = runs.get(reference, Measurement.without("not run", ""))
+    size = study.mesh.size
+    scale = length_scale(best, size) if len(best.times) else size
     finest = {mesh: _finest(runs, mesh, window) for mesh in {setting.mesh for setting in runs}}
+
+    def error(setting: Setting, known: Setting | None) -> float:
+        return motion_error(runs[setting], runs[known], window, scale) if known not in (None, setting) else NAN
+
     rows = []
     for setting, run in runs.items():
         there = len(run.times) >= window > 0
-        error = motion_error(run, runs[reference], window, scale) if there and setting != reference else NAN
-        best = finest[setting.mesh]
-        on_mesh = motion_error(run, runs[best], window, scale) if there and best not in (None, setting) else NAN
-        cost = (float(run.seconds[window - 1]), float(run.memory[window - 1])) if there else (NAN, NAN)
-        status = "done" if there and run.status == "timed out" else run.status
-        rows.append(Row(setting, run, *cost, error, on_mesh, status))
+        costs = [float(one[window - 1]) if there else NAN for one in (run.seconds, run.processor, run.memory)]
+        errors = [error(setting, known if there else None) for known in (reference, finest[setting.mesh])]
+        rows.append(Row(setting, run, "done" if there and run.status == "timed out" else run.status, *costs, *errors))
     rows, statistics_of = _with_statistics(rows, study.end)
-    on_mesh = finest.get(())
-    with_mesh = "" if reference.mesh else "; no finer mesh was compared"
-    time = runs[reference].times[window - 1] if window else 0.0
     neighbours = _neighbours(study, reference, finest, window)
-    known = max((motion_error(runs[one], runs[reference], window, scale) for one in neighbours), default=NAN)
+    on_mesh = finest.get(()) if reference.mesh else None
     over = "the size of the sheet" if scale == size else f"the largest displacement, {scale:.3g} m"
-    return Findings(
-        study.scene,
-        tuple(_with_fronts(rows, known)),
-        study.pool.conditions,
-        f"its own finest run ({reference.label}{with_mesh})",
-        f"RMS of positions up to {time:.4g} s, over {over}",
-        known,
-        on_mesh.label if on_mesh and reference.mesh else "",
+    against = Against(
+        f"its own finest run ({reference.label}{'' if reference.mesh else '; no finer mesh was compared'})",
+        f"RMS of positions up to {best.times[window - 1] if window else 0.0:.4g} s, over {over}",
+        max((error(one, reference) for one in neighbours), default=NAN),
+        on_mesh.label if on_mesh else "",
         statistics_of,
-        _repeated(rows),
     )
+    return Findings.of(study.scene, rows, study.pool.conditions, against)
 
 
-def _finest(runs: dict[Setting, Measurement], mesh: tuple[str, ...], window: int) -> Setting | None:
+def _finest(runs: Runs, mesh: tuple[str, ...], window: int) -> Setting | None:
     """The run with the finest steps on a mesh that got through the window; only steps or tolerance are varied in it."""
-    sound = _stepped(runs, mesh, window)
-    return max(sound, key=lambda one: one.fineness, default=None)
+    return max(_stepped(runs, mesh, window), key=lambda one: one.fineness, default=None)
 
 
 def _neighbours(study: MeasuredStudy, reference: Setting, finest: dict, window: int) -> list[Setting]:
@@ -145,17 +186,14 @@ def _neighbours(study: MeasuredStudy, reference: Setting, finest: dict, window: 
     return found + ([max(coarser, key=study.elements)] if coarser else [])
 
 
-def _stepped(runs: dict[Setting, Measurement], mesh: tuple[str, ...], window: int) -> list[Setting]:
-    return [
-        setting
-        for setting, run in runs.items()
-        if setting.mesh == mesh and setting.only_steps and len(run.times) >= window > 0
-    ]
+def _stepped(runs: Runs, mesh: tuple[str, ...], window: int) -> list[Setting]:
+    through = [setting for setting, run in runs.items() if len(run.times) >= window > 0]
+    return [setting for setting in through if setting.mesh == mesh and setting.only_steps]
 
 
 def _with_statistics(rows: Sequence[Row], end: float) -> tuple[list[Row], str]:
-    """Rows with statistics of the runs that went to their end, and the label of the reference of these: the finest
-    steps on the scene's own mesh."""
+    """Rows with statistics of the runs that went to their end, and the label of what these are held against: the run
+    with the finest steps on the scene's own mesh."""
     whole = [row for row in rows if row.run.status == "done" and row.run.times[-1] >= end * (1.0 - 1e-6)]
     candidates = [row for row in whole if row.setting.only_steps and not row.setting.mesh]
     if not candidates:
@@ -173,64 +211,31 @@ def _with_statistics(rows: Sequence[Row], end: float) -> tuple[list[Row], str]:
 
 def findings_at_end(study: MeasuredStudy) -> Findings:
     """Of runs whose ends are compared: with known values, else with the run on the finest mesh."""
-    scene, runs = study.scene, study.runs
-    done = {setting: run for setting, run in runs.items() if run.status == "done"}
-    finest = max((one for one in done if one.only_steps), key=study.weight, default=OWN)
-    rows = []
-    for setting, run in runs.items():
-        error = NAN if setting not in done else _end_error(study, run, done[finest], setting == finest)
-        summary = run.summary if setting in done else {}
-        cost = (summary.get("wall_seconds", NAN), summary.get("peak_memory_bytes", NAN))
-        rows.append(Row(setting, run, *cost, error, NAN, run.status))
-    exact = scene.verification
-    if exact is not None:
-        known = 0.0
-        reference = f"exact values ({exact.source})"
-        measure = "largest relative error of " + ", ".join(value.name for value in exact.value)
+    scene, done = study.scene, {setting: run for setting, run in study.runs.items() if run.status == "done"}
+    finest = max((one for one in done if one.only_steps), key=study.elements, default=OWN)
+
+    def error(setting: Setting) -> float:
+        if scene.verification is not None:
+            return values_error(done[setting].values, [value.exact for value in scene.verification.value])
+        if setting == finest:
+            return NAN
+        if scene.analysis.kind == "modal":
+            return values_error(done[setting].summary["frequencies"], done[finest].summary["frequencies"])
+        return end_error(done[setting], done[finest], length_scale(done[finest], study.mesh.size))
+
+    if scene.verification is not None:
+        names = ", ".join(value.name for value in scene.verification.value)
+        against = Against(f"exact values ({scene.verification.source})", f"largest relative error of {names}", 0.0)
     else:
-        others = [one for one in done if one.only_steps and study.elements(one) < study.elements(finest)]
-        second = max(others, key=study.elements, default=None)
-        known = _end_error(study, done[second], done[finest], False) if second else NAN
-        reference = f"its own finest mesh ({finest.label})"
-        measure = "largest relative error of the frequencies"
-        if scene.analysis.kind != "modal":
-            measure = "RMS of positions at the end, over the size of the sheet (the displacement where that is small)"
-    return Findings(
-        scene,
-        tuple(_with_fronts(rows, known)),
-        study.pool.conditions,
-        reference,
-        measure,
-        known,
-        "",
-        "",
-        _repeated(rows),
-    )
-
-
-def _end_error(study: MeasuredStudy, run: Measurement, finest: Measurement, is_finest: bool) -> float:
-    known = study.scene.verification
-    if known is not None:
-        return values_error(run.values, [value.exact for value in known.value])
-    if is_finest:
-        return NAN
-    if study.scene.analysis.kind == "modal":
-        return values_error(run.summary["frequencies"], finest.summary["frequencies"])
-    return end_error(run, finest, length_scale(finest, study.mesh.size))
-
-
-def _with_fronts(rows: Sequence[Row], known: float) -> list[Row]:
-    fronts = (
-        pareto_front([(row.seconds, _resolved(row.error, known)) for row in rows]),
-        pareto_front([(row.seconds, _error_on_own_mesh(row)) for row in rows]),
-        pareto_front([(row.memory, _resolved(row.error, known)) for row in rows]),
-    )
-    return [
-        replace(row, front=a, front_on_mesh=b, front_of_memory=c) for row, a, b, c in zip(rows, *fronts, strict=True)
-    ]
-
-
-def _repeated(rows: Sequence[Row]) -> float:
-    """Relative difference of the seconds of the runs of the scene's own settings."""
-    seconds = [row.seconds for row in rows if row.setting.varied == OWN.varied and np.isfinite(row.seconds)]
-    return abs(seconds[1] - seconds[0]) / min(seconds) if len(seconds) == 2 else NAN
+        coarser = [one for one in done if one.only_steps and study.elements(one) < study.elements(finest)]
+        second = max(coarser, key=study.elements, default=None)
+        measure = "RMS of positions at the end, over the size of the sheet, or the displacement where that is small"
+        if scene.analysis.kind == "modal":
+            measure = "largest relative error of the frequencies"
+        against = Against(f"its own finest mesh ({finest.label})", measure, error(second) if second else NAN)
+    rows = []
+    for setting, run in study.runs.items():
+        costs = run.summary.get("wall_seconds", NAN), run.processor_seconds, run.summary.get("peak_memory_bytes", NAN)
+        known = setting in done
+        rows.append(Row(setting, run, run.status, *(costs if known else 3 * [NAN]), error(setting) if known else NAN))
+    return Findings.of(scene, rows, study.pool.conditions, against)

@@ -39,7 +39,8 @@ class Meter(Memory):
         super().__init__()
         self.vertices, self.started, self.limit = vertices, started, limit
         self.parent = os.getppid()
-        self.times, self.seconds, self.memory, self.positions = [], [], [], []
+        self.times, self.seconds, self.processor, self.memory, self.positions = [], [], [], [], []
+        self.imports = time.process_time()
 
     def frame(self, frame: Frame) -> None:
         """Keeps time, wall time, memory and the compared vertices."""
@@ -48,6 +49,7 @@ class Meter(Memory):
         positions[known] = frame.nodes[self.vertices[known]]
         self.times.append(frame.time)
         self.seconds.append(time.perf_counter() - self.started)
+        self.processor.append(self.processor_seconds)
         self.memory.append(peak_memory())
         self.positions.append(positions)
 
@@ -56,6 +58,11 @@ class Meter(Memory):
         super().step(record)
         if self.out_of_time or os.getppid() != self.parent:
             os.kill(os.getpid(), signal.SIGINT)  # the run then ends after this step and hands out what it has
+
+    @property
+    def processor_seconds(self) -> float:
+        """Processor time so far, s."""
+        return time.process_time() - self.imports
 
     @property
     def out_of_time(self) -> bool:
@@ -80,12 +87,14 @@ def main(folder: Path, until: float, limit: float, conditions: dict) -> None:
     message = summary.get("message", f"stopped after {limit:.0f} s" if status == "timed out" else "")
     if status == "done" and scene.verification is not None and until >= scene.analysis.end:
         told["values"] = [read_value(one.of, meter) / one.over for one in scene.verification.value]
+    told["processor_seconds"] = meter.processor_seconds
     history = meter.history
     with replacing(folder / ARRAYS) as path:
         np.savez(
             path,
             times=meter.times,
             seconds=meter.seconds,
+            processor=meter.processor,
             memory=meter.memory,
             positions=np.array(meter.positions).reshape(len(meter.times), len(meter.vertices), 3),
             history=np.stack([history[column] for column in HISTORY_COLUMNS], axis=1),

@@ -23,7 +23,7 @@ FRAMES = 400
 COST_EXPONENT = 1.65
 """Seconds grow like this power of the number of elements (measured: 10 times for 4 times the elements)."""
 
-MESH_SHARE = 0.25
+MESH_SHARE = 0.2
 """Of the budget, that a run on a finer mesh may take."""
 
 WARM_UP = "warm-up: "
@@ -103,7 +103,7 @@ class MeasuredStudy:
         settings: Sequence[Setting],
         until: Callable[[Setting, Sequence[Setting]], float],
         least: float,
-        limit: float = np.inf,
+        limit: Callable[[Setting], float] = lambda _: np.inf,
     ) -> None:
         """Makes the runs of settings that are not there yet.
 
@@ -111,7 +111,7 @@ class MeasuredStudy:
             settings: in their order.
             until: end of the run of a setting, decided when it begins and the given settings follow.
             least: a run that got this far, made earlier, will do.
-            limit: s of wall time for each.
+            limit: s of wall time for a setting.
         """
         settings = [setting for setting in settings if setting not in self.runs]
         by_label = {setting.label: setting for setting in settings}
@@ -120,7 +120,7 @@ class MeasuredStudy:
             parts = [job.label, gave.status, f"{gave.seconds[-1]:.1f} s" if len(gave.seconds) else "", gave.message]
             self.request.told(": ".join(part for part in parts if part) + (" (kept from before)" if kept else ""))
 
-    def _jobs(self, settings, until, least: float, limit: float) -> Iterator[Job]:
+    def _jobs(self, settings, until, least: float, limit) -> Iterator[Job]:
         for k, setting in enumerate(settings):
             try:
                 scene = self._load(setting)
@@ -129,7 +129,7 @@ class MeasuredStudy:
                 self.runs[setting] = Measurement.without("refused", str(error))
                 continue
             end = until(setting, settings[k + 1 :])
-            yield Job(setting.label, scene, vertices, end, least, min(limit, self.remaining))
+            yield Job(setting.label, scene, vertices, end, least, min(limit(setting), self.remaining))
 
     def _load(self, setting: Setting) -> Scene:
         measured = (f"output.fps={FRAMES / self.end!r}", "output.fields=[]")

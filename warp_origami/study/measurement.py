@@ -22,7 +22,8 @@ class Measurement:
         summary: content of summary.json, empty where the run did not begin.
         values: of the scene's [verification], in their order.
         times: (n,) of frames, s or load factor.
-        seconds: (n,) wall time since the process had imported what it needs.
+        seconds, processor: (n,) wall time and processor time since the process had imported what it needs.
+        processor_seconds: of the whole run.
         imports: s of wall time from the start of the process until then.
         memory: (n,) peak memory so far, bytes.
         positions: (n, k, 3) of the compared vertices; NaN where the mesh has none, m.
@@ -35,9 +36,11 @@ class Measurement:
     values: tuple[float, ...]
     times: np.ndarray
     seconds: np.ndarray
+    processor: np.ndarray
     memory: np.ndarray
     positions: np.ndarray
     history: dict[str, np.ndarray]
+    processor_seconds: float = float("nan")
     imports: float = float("nan")
 
     @classmethod
@@ -49,11 +52,20 @@ class Measurement:
         values = tuple(float("nan") if value is None else value for value in told["values"])
         with np.load(folder / ARRAYS) as kept:
             history = dict(zip(HISTORY_COLUMNS, kept["history"].T, strict=True))
-            measured = [kept[name] for name in ("times", "seconds", "memory", "positions")]
-        return cls(told["status"], told["message"], told["summary"], values, *measured, history, told["imports"])
+            measured = [kept[name] for name in ("times", "seconds", "processor", "memory", "positions")]
+        return cls(
+            told["status"],
+            told["message"],
+            told["summary"],
+            values,
+            *measured,
+            history,
+            told["processor_seconds"],
+            told["imports"],
+        )
 
     @classmethod
     def without(cls, status: str, message: str) -> "Measurement":
         """Of a run that gave nothing."""
         none = np.zeros(0)
-        return cls(status, message, {}, (), none, none, none, np.zeros((0, 0, 3)), {})
+        return cls(status, message, {}, (), none, none, none, none, np.zeros((0, 0, 3)), {})

@@ -47,8 +47,9 @@ class MotionStudy(MeasuredStudy):
         self.warm_up()
         ladder = stepping_ladder(self.scene)
         budget = self.request.budget
-        self.measure([*reversed(ladder[-2:])], self._whole, self.end, PAIR_SHARE * budget)
-        self.measure([OWN], self._whole, self.end, OWN_SHARE * budget)
+        shares = {OWN: OWN_SHARE}
+        first = [OWN, *reversed(ladder[-2:])]
+        self.measure(first, self._whole, self.end, lambda one: shares.get(one, PAIR_SHARE) * budget)
         self.reference, self.window = self._agreeing([OWN, *ladder])
         others = self.other_meshes()
         used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], MESH_SHARE * budget)
@@ -74,10 +75,14 @@ class MotionStudy(MeasuredStudy):
             if not self._affordable(mesh, used, WINDOW_SHARE * self._seconds(first), limit):
                 break
             pair = [on_meshes(self.scene, mesh)[-1], mesh]
-            self.measure(pair, lambda *_: window, window, limit)
+            self.measure(pair, lambda *_: window, window, lambda _: limit)
             reference, agreeing = self._agreeing(pair)
             if agreeing < WINDOW_SHARE * first:
-                self.request.told(f"{mesh.label}: no reference, its two finest runs agree over {agreeing} frames only")
+                reached = min(len(self.runs[one].times) for one in pair)
+                self.request.told(
+                    f"{mesh.label}: no reference, its two finest runs agree over {agreeing} of {first} frames"
+                    f" (both reached {reached})"
+                )
                 break
             self.reference, self.window = reference, agreeing
             used.append(mesh)

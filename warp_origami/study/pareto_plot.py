@@ -44,10 +44,11 @@ def _panels(findings: Findings) -> list[Panel]:
         return row.memory / 2**20
 
     shown = findings.shown_error
-    panels = [Panel("wall time, s", "error", lambda row: row.seconds, shown, lambda row: row.front)]
-    if findings.reference_on_mesh:
+    time = f"{findings.clock} time, s"
+    panels = [Panel(time, "error", lambda row: row.seconds, shown, lambda row: row.front)]
+    if findings.against.reference_on_mesh:
         label = "error against the finest run on the scene's own mesh"
-        panels.append(Panel("wall time, s", label, lambda row: row.seconds, on_mesh, lambda row: row.front_on_mesh))
+        panels.append(Panel(time, label, lambda row: row.seconds, on_mesh, lambda row: row.front_on_mesh))
     panels.append(Panel("peak memory, MiB", "error", mebibytes, shown, lambda row: row.front_of_memory))
     return panels
 
@@ -59,11 +60,11 @@ def draw(findings: Findings, path: Path) -> None:
     figure, axes = plt.subplots(1, len(panels), figsize=(7.0 * len(panels), 7.0), layout="constrained", squeeze=False)
     for one, panel in zip(axes[0], panels, strict=True):
         _show(one, findings.rows, kinds, panel)
-    if findings.known > RESOLVED:
+    if findings.against.known > RESOLVED:
         for one, panel in zip(axes[0], panels, strict=True):
             if panel.y_label == "error":
                 low = one.get_ylim()[0]
-                one.axhspan(low, findings.known, color="0.9", zorder=0, label="reference not known better")
+                one.axhspan(low, findings.against.known, color="0.9", zorder=0, label="reference not known better")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3 * len(panels), fontsize="small")
     figure.suptitle("\n".join(headline(findings)), fontsize="small")

@@ -34,6 +34,7 @@ COLUMNS = (
     "elements",
     "dofs",
     "wall_seconds",
+    "processor_seconds",
     "peak_memory_bytes",
     "error",
     "error_on_mesh",
@@ -75,7 +76,8 @@ def _cells(row: Row, scene: Scene) -> dict[str, object]:
         "status": row.status,
         "elements": summary.get("elements"),
         "dofs": summary.get("dofs"),
-        "wall_seconds": _number(row.seconds, 4),
+        "wall_seconds": _number(row.wall, 4),
+        "processor_seconds": _number(row.processor, 4),
         "peak_memory_bytes": _number(row.memory, 12),
         "error": _number(row.error, 4),
         "error_on_mesh": _number(row.error_on_mesh, 4),
@@ -105,7 +107,7 @@ def _number(value: float, digits: int) -> str | None:
 
 def lines(findings: Findings) -> list[str]:
     """The table for the terminal, and what follows from it."""
-    motion = any(math.isfinite(row.error_on_mesh) for row in findings.rows)
+    motion = bool(findings.against.reference_on_mesh)
     width = max(len(row.setting.label) for row in findings.rows)
     found = [
         *headline(findings),
@@ -113,7 +115,7 @@ def lines(findings: Findings) -> list[str]:
         f"    {'setting':<{width}} {'seconds':>8} {'MiB':>6} {'error':>8}" + (f" {'on mesh':>8}" if motion else ""),
     ]
     for row in in_order(findings):
-        marks = ("*" if row.front else " ") + ("+" if row.front_on_mesh else " ")
+        marks = ("*" if row.front else " ") + ("+" if motion and row.front_on_mesh else " ")
         cells = (
             f"{marks:<4}{row.setting.label:<{width}} {_cell(row.seconds, '8.1f')} {_cell(row.memory / 2**20, '6.0f')}"
         )
@@ -141,15 +143,17 @@ def headline(findings: Findings) -> list[str]:
     machine = f"{told.pop('processor')}, {told.pop('cores')} cores, {told.pop('system')}"
     side_by_side = told.pop("side_by_side")
     versions = ", ".join(f"{name} {version}" for name, version in told.items())
-    known = f", which is known to {findings.known:.1e}" if math.isfinite(findings.known) else ""
-    on_mesh = f"; on mesh: against {findings.reference_on_mesh}" if findings.reference_on_mesh else ""
+    against = findings.against
+    known = f", which is known to {against.known:.1e}" if against.known > 0.0 else ""
+    on_mesh = f"; on mesh: against {against.reference_on_mesh}" if against.reference_on_mesh else ""
     repeated = f"; the same twice: {findings.repeated:.0%} apart" if math.isfinite(findings.repeated) else ""
     imports = [row.run.imports for row in findings.rows if math.isfinite(row.run.imports)]
     started = f"; start of Python and imports, {median(imports):.1f} s, not counted" if imports else ""
     return [
-        f"{findings.scene.name}: error = {findings.measure}",
-        f"against {findings.reference}{known}{on_mesh}",
-        f"{machine}; {side_by_side} runs side by side, one thread each{repeated}{started}",
+        f"{findings.scene.name}: error = {against.measure}",
+        f"against {against.reference}{known}{on_mesh}",
+        f"{findings.clock} time; the runs had the processor for {findings.busy:.0%} of their wall time{started}",
+        f"{machine}; {side_by_side} runs side by side, one thread each{repeated}",
         versions,
     ]
 
@@ -160,7 +164,7 @@ def _statistics_lines(findings: Findings, width: int) -> list[str]:
         return []
     found = [
         "",
-        f"Whole runs; energies: deviation from {findings.statistics_of}",
+        f"Whole runs; energies: deviation from {findings.against.statistics_of}",
         f"    {'setting':<{width}} {'seconds':>8} {'kinetic: mean':>13} {'max':>7} {'strain: mean':>12} {'max':>7} "
         f"{'gain':>8} {'loss':>8} {'contact ends':>12} {'penetration':>11}",
     ]
@@ -177,7 +181,7 @@ def _statistics_lines(findings: Findings, width: int) -> list[str]:
 def sentences(findings: Findings) -> list[str]:
     """The cheapest setting for errors of 1e-2, 1e-3, 1e-4."""
     found = [_sentence(findings, target, False) for target in TARGETS]
-    if findings.reference_on_mesh:
+    if findings.against.reference_on_mesh:
         found += [_sentence(findings, target, True) for target in TARGETS]
     return found
 
