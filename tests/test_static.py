@@ -242,13 +242,12 @@ def test_a_sheet_moved_as_a_whole_has_no_energy_and_no_reactions():
 
 def test_loads_in_balance_need_no_supports():
     pull = [{"kind": "force", "at": side, "value": [f, 0, 0]} for side, f in ((LEFT, -10.0), (RIGHT, 10.0))]
-    scene = film(1, load=pull)
-    system, result = system_of(scene), done(scene)
-    x = result.q[-1][system.coordinates.positions, 0]
-    stretch = (x.max() - x.min()) / 0.6
+    probes = [{"name": name, "at": [x, 0.3]} for name, x in (("a", 0.0), ("b", 0.6))]
+    result = wo.simulate(film(1, load=pull, probe=probes), device="cpu")
+    stretch = np.linalg.norm(result.probes["b"][-1, :3] - result.probes["a"][-1, :3]) / 0.6
     # uniform uniaxial second Piola-Kirchhoff stress S with lambda S h H = F
     stress = 2.5e9 * 0.5 * (stretch**2 - 1.0)
-    assert stretch * stress * 5e-4 * 0.6 == pytest.approx(10.0, rel=1e-6)
+    assert stretch * stress * 5e-4 * 0.6 == pytest.approx(10.0, rel=1e-9)
 
 
 # Newton --------------------------------------------------------------------------------------------------------------
@@ -277,9 +276,7 @@ def test_newton_is_quadratic_with_follower_pressure_on_a_free_rim(monkeypatch):
     monkeypatch.setattr(FollowerPressure, "skew", lambda self, q: 0.0 * PressureRim.skew(self._rim, q))
     symmetric = newton_steps(scene, monkeypatch)
     print("Newton steps, m:", *([f"{size:.1e}" for size in sizes] for sizes in (exact, symmetric)))
-    last = exact[exact < 0.03]
-    assert len(last) >= 2
-    assert (last[1:] < 10.0 * last[:-1] ** 2).all()
+    assert exact[-1] < 10.0 * exact[-2] ** 2
     assert symmetric[-1] > 0.03 * symmetric[-2]
     assert len(symmetric) > len(exact)
 
