@@ -195,7 +195,7 @@ def draw(errors: np.ndarray, smallest: float) -> None:
         unit = np.finfo(name).eps / 2.0
         axes.loglog(STRAINS, unit / STRAINS, "--", color="0.4", label="unit round-off / strain" if k else None)
     axes.set(xlabel="Green strain, equal both ways", ylabel="relative error", xlim=(STRAINS[0], STRAINS[-1]))
-    axes.legend(fontsize=8, loc="center right")
+    axes.legend(fontsize=8, loc="center", bbox_to_anchor=(0.5, 0.46))
     figure.tight_layout()
     figure.savefig(RESULTS / "precision.png", dpi=100)
 
