@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from warp_origami.system import System
+from warp_origami.system import Linearization, System
 from warp_origami.terms.external import ExternalForce
 from warp_origami.terms.prestress import prestress_stiffness
 
-from .constraint_form import make_constraint_form
+from .constraint_form import NewtonFactor, make_constraint_form
 from .continuation import Rung, load_ladder, ratio_ladder, scaled, together
 from .newton import line_search
 from .result import Failure
@@ -192,12 +192,12 @@ class EquilibriumSolver:
         energy_tolerance: float = ENERGY_TOLERANCE,
     ) -> Equilibrium:
         potential = _Potential(self.system, external)
-        q, held, least = start.q.ravel(), start.held, 0.0
+        q, held = start.q.ravel(), start.held
         moves = bool(np.any(held))
         for iteration in range(1, maximum + 1):
             linearization = self.system.linearize(q.reshape(-1, 3), external)
             gradient = potential.balance(q, linearization.gradient)
-            factor, multiple, least = self._factorize(linearization, multiple, least)
+            factor, multiple = self._factorize(linearization, multiple)
             if factor is None:
                 return self._failed(q, iteration, multiple, "the tangent is not positive definite")
             if moves:  # the first step takes the constraints along
@@ -212,7 +212,7 @@ class EquilibriumSolver:
             energy, decrease = potential.scale(q), abs(slope)
             least_decrease = self.no_change if energy < self.no_energy else energy_tolerance * energy
             own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(decrease, np.finfo(float).tiny)
-            if own >= OWN_SHARE or multiple <= least:
+            if own >= OWN_SHARE or multiple == 0.0:
                 if self._size(step) < self.tolerance or decrease < least_decrease:
                     return Equilibrium((q + step).reshape(-1, 3), iteration, multiple)
             if not patient and iteration > PATIENCE and decrease > 10.0 ** (-iteration / 4) * energy:
@@ -222,19 +222,19 @@ class EquilibriumSolver:
             if self._size(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
                 return self._failed(q, iteration, multiple, "the sheet flies off")
             if length >= GOOD_LENGTH:
-                multiple = max(0.1 * multiple, least)
-                multiple = multiple if multiple > SMALLEST_MULTIPLE else least
+                multiple = 0.1 * multiple if multiple > 10.0 * SMALLEST_MULTIPLE else 0.0
             elif length < POOR_LENGTH:
                 multiple = min(max(10.0 * multiple, POOR_MULTIPLE), FIRST_MULTIPLE)
         return self._failed(q, iteration, multiple, f"Newton did not converge in {iteration} iterations")
 
-    def _factorize(self, linearization, multiple: float, least: float):
+    def _factorize(self, linearization: Linearization, multiple: float) -> tuple[NewtonFactor | None, float]:
+        """Factor of K + c G with the least c from `multiple` on, in decades, for which there is one; and that c."""
         while multiple <= LARGEST_MULTIPLE:
             factor = self.constraint_form.factorize(linearization, multiple, 0.0)
             if factor is not None:
-                return factor, multiple, least
+                return factor, multiple
             multiple = max(10.0 * multiple, SMALLEST_MULTIPLE)
-        return None, multiple, least
+        return None, multiple
 
     def _metric_times(self, step: np.ndarray) -> np.ndarray:
         return (self.metric @ step.reshape(-1, 3)).ravel()

@@ -78,7 +78,16 @@ class StaticRun:
         balance = EnergyBalance.start(0.0, stored.strain_energy, stored.contact_energy)
         forces = self._forces(0.0, system.q0, stored.gradient)
         state = StaticState(
-            0.0, system.q0, system.q0, 0.0, True, self.largest, FIRST_MULTIPLE, forces, balance, Counters()
+            factor=0.0,
+            q=system.q0,
+            earlier=system.q0,
+            earlier_factor=0.0,
+            easy=True,
+            increment=self.largest,
+            multiple=FIRST_MULTIPLE,
+            forces=forces,
+            balance=balance,
+            counters=Counters(),
         )
         self._write(state, 0.0, 0)
         return state
@@ -121,10 +130,9 @@ class StaticRun:
             if found.iterations == 0 or increment < SMALLEST_SHARE * self.largest:
                 return replace(state, counters=counters), found.failure
         self.system.accept(found.q)
-        step = factor - state.factor
-        after = self._state(state, found, factor, counters.accepted(self.record.contacts()[2]))
-        after = replace(after, increment=min(2.0 * increment, self.largest))
-        self._write(after, step, found.iterations)
+        state = replace(state, counters=counters.accepted(self.record.contacts()[2]))
+        after = self._after(state, found, factor, min(2.0 * increment, self.largest))
+        self._write(after, factor - state.factor, found.iterations)
         return after, None
 
     def _solve(self, state: StaticState, factor: float) -> Equilibrium:
@@ -142,15 +150,24 @@ class StaticRun:
         missing[np.abs(missing) < np.finfo(float).eps * self.system.mesh.size] = 0.0
         return Start(q, c.right_inverse @ missing)
 
-    def _state(self, before: StaticState, found: Equilibrium, factor: float, counters: Counters) -> StaticState:
+    def _after(self, before: StaticState, found: Equilibrium, factor: float, increment: float) -> StaticState:
+        """The state at a new equilibrium."""
         stored = self.system.evaluate(found.q)
         forces = self._forces(factor, found.q, stored.gradient)
         moved = (found.q - before.q).ravel()
-        balance = before.balance.advance(0.0, stored.strain_energy, stored.contact_energy, moved, before.forces, forces)
-        multiple = max(found.multiple, KEPT_MULTIPLE)
-        easy = found.iterations <= PATIENCE and (before.easy or before.earlier_factor == 0.0)
-        return StaticState(
-            factor, found.q, before.q, before.factor, easy, before.increment, multiple, forces, balance, counters
+        return replace(
+            before,
+            factor=factor,
+            q=found.q,
+            earlier=before.q,
+            earlier_factor=before.factor,
+            easy=found.iterations <= PATIENCE and (before.easy or before.earlier_factor == 0.0),
+            increment=increment,
+            multiple=max(found.multiple, KEPT_MULTIPLE),
+            forces=forces,
+            balance=before.balance.advance(
+                0.0, stored.strain_energy, stored.contact_energy, moved, before.forces, forces
+            ),
         )
 
     def _forces(self, factor: float, q: np.ndarray, gradient: np.ndarray) -> Forces:
@@ -179,6 +196,7 @@ class StaticRun:
                 status, failure = "failed", found
             else:
                 frequencies = {"frequencies": found.frequencies.tolist()}
+                frequencies |= {"message": found.remark} if found.remark else {}
                 self._draw(found, state.q)
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
