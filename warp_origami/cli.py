@@ -182,12 +182,13 @@ def verify(name: str | None, quick: bool, out: Path | None, device: str | None) 
 
 
 def _write_verification(folder: Path, found: list) -> None:
-    """Writes tables of all results so far, and the plot of the last case."""
+    """Writes tables of all results so far, and the plot of the last case if its errors have orders."""
     from .study.verification_files import draw, write_results
 
     folder.mkdir(parents=True, exist_ok=True)
     write_results(folder, found)
-    draw(found[-1], folder / f"{Path(found[-1].name).stem}.png")
+    if found[-1].converges:
+        draw(found[-1], folder / f"{Path(found[-1].name).stem}.png")
 
 
 @main.command()

@@ -8,7 +8,7 @@ with the fineness n: the root of the number of elements, or the number of steps 
 import math
 from dataclasses import dataclass
 
-ROUND_OFF = 1e-12
+ROUND_OFF = 1e-11
 """Errors below it have no order."""
 
 
@@ -108,6 +108,11 @@ class Convergence:
         if self.levels[level].failure is not None:
             return False
         return None if tolerance is None else abs(self.errors(claim)[level]) <= tolerance
+
+    @property
+    def converges(self) -> bool:
+        """Whether any error has an order: there are several levels, and more than round-off."""
+        return any(self.order(k) is not None for k in range(len(self.claims)))
 
     @property
     def passed(self) -> bool:

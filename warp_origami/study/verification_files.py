@@ -6,7 +6,7 @@ import io
 import json
 import math
 from collections.abc import Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import matplotlib
 
@@ -85,21 +85,21 @@ def draw(case: Convergence, path: Path) -> None:
     """Plots the errors of a case over the fineness of its meshes (or steps), as PNG."""
     fineness = case.fineness()
     by_steps = len({level.elements for level in case.levels}) == 1
-    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+    figure, axes = plt.subplots(figsize=(8.4, 4.0), layout="constrained")
     for k, claim in enumerate(case.claims):
         errors = [max(abs(error), ROUND_OFF / 1e4) for error in case.errors(k)]
         order = case.order(k)
-        label = claim.name if order is None else f"{claim.name} (order {order:.1f})"
+        label = claim.name if order is None else f"{claim.name} (order {order:z.1f})"
         (line,) = axes.loglog(fineness, errors, "o-", label=label)
         if claim.tolerances[len(case.levels) - 1] is not None:
             axes.plot(fineness[-1], claim.tolerances[len(case.levels) - 1], "_", color=line.get_color(), ms=14)
     axes.set_xlabel("time steps" if by_steps else "square root of the number of elements")
     axes.set_ylabel("relative error (absolute where 0 is exact)")
-    axes.set_title(f"{case.name}: error, and tolerance (bar) on the finest")
+    axes.set_title(f"{PurePosixPath(case.name).stem}: bars are tolerances on the finest")
     axes.set_xticks(fineness, [f"{n:.0f}" for n in fineness])
     axes.minorticks_off()
     axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
+    figure.legend(loc="outside right upper", fontsize="small")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110)
     plt.close(figure)

@@ -23,7 +23,7 @@ def case_lines(case: Convergence) -> list[str]:
             mark = "  MISSED" if case.holds(k, i) is False else ""
             lines.append(
                 f"{claim.name if i == 0 else '':<34} {level.label:<28} {level.elements or '':>8} {claim.exact:13.8g} "
-                f"{level.obtained[k]:13.8g} {errors[i]:10.1e} {_number(tolerance, '9.1e')} {_number(order, '5.2f')} "
+                f"{level.obtained[k]:13.8g} {errors[i]:10.1e} {_number(tolerance, '9.1e')} {_number(order, 'z5.2f')} "
                 f"{_number(extrapolated, '13.8g')} {level.seconds:6.1f}{mark}"
             )
     lines += [f"failed at {level.label}: {level.failure}" for level in case.levels if level.failure is not None]
@@ -31,4 +31,4 @@ def case_lines(case: Convergence) -> list[str]:
 
 
 def _number(value: float | None, form: str) -> str:
-    return " " * int(form.split(".")[0]) if value is None else format(value, form)
+    return " " * int(form.strip("z").split(".")[0]) if value is None else format(value, form)
