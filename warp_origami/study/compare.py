@@ -44,8 +44,9 @@ def agreement(a: Measurement, b: Measurement, scale: float) -> int:
 def motion_error(run: Measurement, reference: Measurement, frames: int, scale: float) -> float:
     """Root mean square over vertices and the first `frames` frames of the distance, over a length scale (m); NaN if
     either run has fewer frames."""
-    apart = differences(run, reference)[:frames]
-    return float(np.sqrt(np.mean(apart**2)) / scale) if len(apart) == frames > 0 else float("nan")
+    if not min(len(run.times), len(reference.times)) >= frames > 0:
+        return float("nan")
+    return float(np.sqrt(np.mean(differences(run, reference)[:frames] ** 2)) / scale)
 
 
 def end_error(run: Measurement, reference: Measurement, scale: float) -> float:

@@ -32,11 +32,12 @@ class Row:
         setting: what was varied.
         run: what it gave.
         status: of the run; "done" too where it got through the window and no further.
-        wall, processor: s, over what is compared.
+        wall, processor: s, over what is compared with the reference.
         memory: peak, bytes.
         error: against the reference.
-        error_on_mesh: of a motion, against the finest run on the same mesh: the share of the steps in the error.
-        seconds: wall or processor, whichever counts.
+        wall_on_mesh, processor_on_mesh, error_on_mesh: of a motion on the scene's own mesh, against the finest run on
+            that: the share of the steps in the error.
+        seconds, seconds_on_mesh: wall or processor, whichever counts.
         front, front_on_mesh, front_of_memory: no other row costs less (seconds, seconds on the scene's own mesh,
             memory) without a larger error.
         statistics: of a motion that went to its end.
@@ -50,8 +51,11 @@ class Row:
     processor: float
     memory: float
     error: float
+    wall_on_mesh: float = NAN
+    processor_on_mesh: float = NAN
     error_on_mesh: float = NAN
     seconds: float = NAN
+    seconds_on_mesh: float = NAN
     front: bool = False
     front_on_mesh: bool = False
     front_of_memory: bool = False
@@ -69,6 +73,7 @@ class Against:
         known: the error down to which the reference is known: how far the next run to it is, in steps and in mesh; 0
             for exact values, NaN where nothing tells.
         reference_on_mesh: of the errors on the scene's own mesh, empty if that is the reference.
+        measure_on_mesh, known_on_mesh: the same for these.
         statistics_of: run that statistics are held against, empty without.
     """
 
@@ -76,6 +81,8 @@ class Against:
     measure: str
     known: float
     reference_on_mesh: str = ""
+    measure_on_mesh: str = ""
+    known_on_mesh: float = NAN
     statistics_of: str = ""
 
 
@@ -85,7 +92,7 @@ class Findings:
 
     Attributes:
         scene: that was run.
-        rows: in the order of their ends.
+        rows: by their labels.
         conditions: machine, versions, runs side by side.
         against: references.
         clock: "wall", or "processor" where the machine was too busy for wall time to mean much.
@@ -107,7 +114,10 @@ class Findings:
         shares = [row.processor / row.wall for row in rows if np.isfinite(row.wall)]
         busy = float(np.median(shares)) if shares else NAN
         clock = "processor" if busy < BUSY else "wall"
-        rows = _with_fronts([replace(row, seconds=getattr(row, clock)) for row in rows], against.known)
+        on_mesh = f"{clock}_on_mesh"
+        rows = sorted(rows, key=lambda row: row.setting.label)  # whichever ended first: ties are settled alike
+        rows = [replace(row, seconds=getattr(row, clock), seconds_on_mesh=getattr(row, on_mesh)) for row in rows]
+        rows = _with_fronts(rows, against)
         same = [row.seconds for row in rows if row.setting.varied == OWN.varied and np.isfinite(row.seconds)]
         repeated = abs(same[1] - same[0]) / min(same) if len(same) == 2 else NAN
         return cls(scene, tuple(rows), conditions, against, clock, busy, repeated)
@@ -116,61 +126,82 @@ class Findings:
         """The error, as far as the reference can tell it."""
         return _resolved(row.error, self.against.known)
 
-    def cheapest(self, target: float, on_mesh: bool = False) -> Row | None:
-        """The cheapest setting whose error (on the scene's own mesh) is at most `target`; None without one."""
-        errors = [_error_on_own_mesh(row) if on_mesh else self.shown_error(row) for row in self.rows]
-        good = [row for row, error in zip(self.rows, errors, strict=True) if error <= target]
+    def shown_error_on_mesh(self, row: Row) -> float:
+        """The same on the scene's own mesh."""
+        return _resolved(row.error_on_mesh, self.against.known_on_mesh)
+
+    def cheapest(self, target: float) -> Row | None:
+        """The cheapest setting whose error is at most `target`; None without one."""
+        good = [row for row in self.rows if self.shown_error(row) <= target]
         return min(good, key=lambda row: row.seconds, default=None)
+
+    def cheapest_on_mesh(self, target: float) -> Row | None:
+        """The same on the scene's own mesh."""
+        good = [row for row in self.rows if self.shown_error_on_mesh(row) <= target]
+        return min(good, key=lambda row: row.seconds_on_mesh, default=None)
 
 
 def _resolved(error: float, known: float) -> float:
     return float(np.maximum(error, max(RESOLVED, np.nan_to_num(known))))
 
 
-def _error_on_own_mesh(row: Row) -> float:
-    return NAN if row.setting.mesh else _resolved(row.error_on_mesh, NAN)
-
-
-def _with_fronts(rows: Sequence[Row], known: float) -> list[Row]:
+def _with_fronts(rows: Sequence[Row], against: Against) -> list[Row]:
+    errors = [_resolved(row.error, against.known) for row in rows]
+    on_mesh = [_resolved(row.error_on_mesh, against.known_on_mesh) for row in rows]
     fronts = (
-        pareto_front([(row.seconds, _resolved(row.error, known)) for row in rows]),
-        pareto_front([(row.seconds, _error_on_own_mesh(row)) for row in rows]),
-        pareto_front([(row.memory, _resolved(row.error, known)) for row in rows]),
+        pareto_front([(row.seconds, error) for row, error in zip(rows, errors, strict=True)]),
+        pareto_front([(row.seconds_on_mesh, error) for row, error in zip(rows, on_mesh, strict=True)]),
+        pareto_front([(row.memory, error) for row, error in zip(rows, errors, strict=True)]),
     )
     return [
         replace(row, front=a, front_on_mesh=b, front_of_memory=c) for row, a, b, c in zip(rows, *fronts, strict=True)
     ]
 
 
-def findings_of_motion(study: MeasuredStudy, reference: Setting, window: int) -> Findings:
-    """Of runs compared over the first `window` frames with the run of `reference`."""
-    runs = study.runs
-    best = runs.get(reference, Measurement.without("not run", ""))
-    size = study.mesh.size
-    scale = length_scale(best, size) if len(best.times) else size
+def findings_of_motion(study: MeasuredStudy, reference: Setting, window: int, window_on_mesh: int) -> Findings:
+    """Of runs compared with that of `reference` over the first `window` frames, and with the finest run on the scene's
+    own mesh over the first `window_on_mesh`."""
+    runs, size = study.runs, study.mesh.size
+    frames = runs[reference].times if reference in runs else []
+    scale = length_scale(runs[reference], size) if len(frames) else size
     finest = {mesh: _finest(runs, mesh, window) for mesh in {setting.mesh for setting in runs}}
+    on_mesh = _finest(runs, (), window_on_mesh)
 
-    def error(setting: Setting, known: Setting | None) -> float:
-        return motion_error(runs[setting], runs[known], window, scale) if known not in (None, setting) else NAN
+    def error(setting: Setting | None, known: Setting | None, among: int) -> float:
+        if setting in (None, known) or known is None:
+            return NAN
+        return motion_error(runs[setting], runs[known], among, scale)
 
     rows = []
     for setting, run in runs.items():
-        there = len(run.times) >= window > 0
-        costs = [float(one[window - 1]) if there else NAN for one in (run.seconds, run.processor, run.memory)]
-        errors = [error(setting, known if there else None) for known in (reference, finest[setting.mesh])]
-        rows.append(Row(setting, run, "done" if there and run.status == "timed out" else run.status, *costs, *errors))
+        own = window_on_mesh if not setting.mesh else 0
+        cost = [_at(one, window) for one in (run.seconds, run.processor, run.memory)]
+        cost_on_mesh = [_at(one, own) for one in (run.seconds, run.processor)]
+        through = run.status == "timed out" and len(run.times) >= max(window, own) > 0
+        errors = error(setting, reference, window), error(setting, on_mesh, own)
+        rows.append(Row(setting, run, "done" if through else run.status, *cost, errors[0], *cost_on_mesh, errors[1]))
     rows, statistics_of = _with_statistics(rows, study.end)
-    neighbours = _neighbours(study, reference, finest, window)
-    on_mesh = finest.get(()) if reference.mesh else None
     over = "the size of the sheet" if scale == size else f"the largest displacement, {scale:.3g} m"
+    neighbours = _neighbours(study, reference, finest, window)
     against = Against(
         f"its own finest run ({reference.label}{'' if reference.mesh else '; no finer mesh was compared'})",
-        f"RMS of positions up to {best.times[window - 1] if window else 0.0:.4g} s, over {over}",
-        max((error(one, reference) for one in neighbours), default=NAN),
-        on_mesh.label if on_mesh else "",
-        statistics_of,
+        f"RMS of positions up to {_at(frames, window):.4g} s, over {over}",
+        max((error(one, reference, window) for one in neighbours), default=NAN),
+        statistics_of=statistics_of,
     )
+    if reference.mesh and on_mesh is not None:
+        against = replace(
+            against,
+            reference_on_mesh=on_mesh.label,
+            measure_on_mesh=f"up to {_at(runs[on_mesh].times, window_on_mesh):.4g} s",
+            known_on_mesh=error(_coarser_steps(runs, on_mesh, window_on_mesh), on_mesh, window_on_mesh),
+        )
     return Findings.of(study.scene, rows, study.pool.conditions, against)
+
+
+def _at(values: Sequence[float], window: int) -> float:
+    """At the last frame of a window, NaN where that was not reached."""
+    return float(values[window - 1]) if len(values) >= window > 0 else NAN
 
 
 def _finest(runs: Runs, mesh: tuple[str, ...], window: int) -> Setting | None:
@@ -180,10 +211,15 @@ def _finest(runs: Runs, mesh: tuple[str, ...], window: int) -> Setting | None:
 
 def _neighbours(study: MeasuredStudy, reference: Setting, finest: dict, window: int) -> list[Setting]:
     """The runs next to the reference: on its mesh with coarser steps, and on the next coarser mesh."""
-    steps = [one for one in _stepped(study.runs, reference.mesh, window) if one.fineness < reference.fineness]
-    found = [max(steps, key=lambda one: one.fineness)] if steps else []
     coarser = [one for one in finest.values() if one and study.elements(one) < study.elements(reference)]
-    return found + ([max(coarser, key=study.elements)] if coarser else [])
+    found = [_coarser_steps(study.runs, reference, window), max(coarser, key=study.elements, default=None)]
+    return [one for one in found if one is not None]
+
+
+def _coarser_steps(runs: Runs, finest: Setting, window: int) -> Setting | None:
+    """The run with the next coarser steps on the same mesh."""
+    steps = [one for one in _stepped(runs, finest.mesh, window) if one.fineness < finest.fineness]
+    return max(steps, key=lambda one: one.fineness, default=None)
 
 
 def _stepped(runs: Runs, mesh: tuple[str, ...], window: int) -> list[Setting]:

@@ -2,8 +2,9 @@
 
 A motion is compared over a window [0, T] that the data choose: the two finest runs on the scene's own mesh are made
 first, and T is the time up to which they agree. Finer meshes come next, as far as they can be afforded: the finest of
-them whose own two finest runs agree over WINDOW_SHARE of that window or more gives the reference, and T becomes the
-time up to which those agree. All other settings then run to T, or through the whole scene where the budget allows it.
+them whose own two finest runs agree over WINDOW_SHARE of that window or more gives the reference, for the time up to
+which those agree. All other settings on the scene's own mesh run to T, where they are held against the finest run on
+that mesh too, and then, as far as the budget allows, through the whole scene, for the statistics of energy and contact.
 Wall time and memory are recorded at every frame: all runs are measured over the same window, however far they went.
 
 What has known values, and what is not a motion (static, modal), is compared at its end.
@@ -11,12 +12,14 @@ What has known values, and what is not a motion (static, modal), is compared at 
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from .compare import agreement, length_scale
 from .findings import Findings, findings_at_end, findings_of_motion
 from .measured_study import MESH_SHARE, MeasuredStudy, Request
 from .settings import AGAIN, OWN, Setting, on_meshes, other_settings, stepping_ladder
 
-WINDOW_SHARE = 0.3
+WINDOW_SHARE = 0.2
 PAIR_SHARE = 0.15
 """Of the budget, that each of the two finest runs on the scene's own mesh may take."""
 
@@ -36,11 +39,12 @@ class MotionStudy(MeasuredStudy):
     Attributes:
         reference: the finest run.
         window: number of frames up to which it is known; 0 until then.
+        own_window: the same for the finest run on the scene's own mesh.
     """
 
     def __init__(self, request: Request):
         super().__init__(request)
-        self.reference, self.window = OWN, 0
+        self.reference, self.window, self.own_window = OWN, 0, 0
 
     def run(self) -> None:
         """Makes all runs."""
@@ -50,37 +54,38 @@ class MotionStudy(MeasuredStudy):
         shares = {OWN: OWN_SHARE}
         first = [OWN, *reversed(ladder[-2:])]
         self.measure(first, self._whole, self.end, lambda one: shares.get(one, PAIR_SHARE) * budget)
-        self.reference, self.window = self._agreeing([OWN, *ladder])
+        self.reference, self.own_window = self._agreeing([OWN, *ladder])
+        self.window, until = self.own_window, self._time(self.reference, self.own_window)
         others = self.other_meshes()
-        used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], MESH_SHARE * budget)
+        used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], until, MESH_SHARE * budget)
         coarser = [mesh for mesh in others if self.weight(mesh) < 1.0]
         rest = [*reversed(ladder), *coarser, *other_settings(self.scene), AGAIN]
-        for mesh in used:
-            rest += on_meshes(self.scene, mesh)
-        self.measure(rest, self._as_far_as_possible, self.window_time)
+        least = self._time(self.reference, self.window)
+        self.measure(rest, lambda *those: self._end(until, *those), until)
+        self.measure([one for mesh in used for one in on_meshes(self.scene, mesh)], lambda *_: least, least)
+        self._complete([OWN, *ladder, *other_settings(self.scene)])
 
     def findings(self) -> Findings:
         """Costs and errors of the runs so far."""
-        return findings_of_motion(self, self.reference, self.window)
+        return findings_of_motion(self, self.reference, self.window, self.own_window)
 
-    @property
-    def window_time(self) -> float:
-        """End of the window, s."""
-        return float(self.runs[self.reference].times[self.window - 1]) if self.window else self.end
+    def _time(self, setting: Setting, window: int) -> float:
+        """End of a window, s; that of the scene where it is not known."""
+        return float(self.runs[setting].times[window - 1]) if window else self.end
 
-    def _finer_meshes(self, finer: Sequence[Setting], limit: float) -> list[Setting]:
+    def _finer_meshes(self, finer: Sequence[Setting], until: float, limit: float) -> list[Setting]:
         """Runs pairs on finer meshes, in their order; returns the meshes whose runs could serve as reference."""
-        first, window, used = self.window, self.window_time, []
+        used = []
         for mesh in finer:
-            if not self._affordable(mesh, used, WINDOW_SHARE * self._seconds(first), limit):
+            if not self._affordable(mesh, used, WINDOW_SHARE * self._seconds(self.own_window), limit):
                 break
             pair = [on_meshes(self.scene, mesh)[-1], mesh]
-            self.measure(pair, lambda *_: window, window, lambda _: limit)
+            self.measure(pair, lambda *_: until, until, lambda _: limit)
             reference, agreeing = self._agreeing(pair)
-            if agreeing < WINDOW_SHARE * first:
+            if agreeing < WINDOW_SHARE * self.own_window:
                 reached = min(len(self.runs[one].times) for one in pair)
                 self.request.told(
-                    f"{mesh.label}: no reference, its two finest runs agree over {agreeing} of {first} frames"
+                    f"{mesh.label}: no reference, its two finest runs agree over {agreeing} of {self.own_window} frames"
                     f" (both reached {reached})"
                 )
                 break
@@ -113,14 +118,24 @@ class MotionStudy(MeasuredStudy):
     def _whole(self, setting: Setting, following: Sequence[Setting]) -> float:
         return self.end
 
-    def _as_far_as_possible(self, setting: Setting, following: Sequence[Setting]) -> float:
-        """The end of the scene if those that follow can still be run to the end of the window, else that."""
+    def _end(self, until: float, setting: Setting, following: Sequence[Setting]) -> float:
+        """The end of the scene if those that follow can still be run to `until`, else that."""
+        needed = sum(self.weight(one) for one in following) * self._seconds(self.own_window)
+        return self.end if self._whole_cost(setting) + needed < self.remaining * self.request.jobs else until
+
+    def _whole_cost(self, setting: Setting) -> float:
+        """Seconds to be left for a run through the whole scene."""
         own = self.runs[OWN]
-        if own.status != "done":
-            return self.window_time
-        needed = sum(self.weight(one) for one in following) * self._seconds(self.window)
-        whole = SPARE * self.weight(setting) * float(own.seconds[-1])
-        return self.end if whole + needed < self.remaining * self.request.jobs else self.window_time
+        return SPARE * self.weight(setting) * float(own.seconds[-1]) if own.status == "done" else np.inf
+
+    def _complete(self, settings: Sequence[Setting]) -> None:
+        """Runs through the whole scene what has only been run through the window, as far as time is left."""
+        for setting in settings:
+            run = self.runs[setting]
+            short = run.status == "done" and run.times[-1] < self.end * (1.0 - 1e-6)
+            if short and self._whole_cost(setting) < self.remaining:
+                del self.runs[setting]
+                self.measure([setting], self._whole, self.end)
 
 
 class EndStudy(MeasuredStudy):

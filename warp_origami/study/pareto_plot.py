@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
-import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from warp_origami.output.files import replacing
@@ -27,29 +26,32 @@ WIDE = 3.0
 
 @dataclass(frozen=True)
 class Panel:
-    """Axes: labels, and what of a row is shown."""
+    """Axes: labels, what of a row is shown, and the error down to which the reference is known."""
 
     x_label: str
     y_label: str
     cost: Callable[[Row], float]
     error: Callable[[Row], float]
     front: Callable[[Row], bool]
+    known: float
 
 
 def _panels(findings: Findings) -> list[Panel]:
-    def on_mesh(row: Row) -> float:
-        return math.nan if row.setting.mesh else float(np.maximum(row.error_on_mesh, RESOLVED))
-
     def mebibytes(row: Row) -> float:
         return row.memory / 2**20
 
     shown = findings.shown_error
     time = f"{findings.clock} time, s"
-    panels = [Panel(time, "error", lambda row: row.seconds, shown, lambda row: row.front)]
+    known = findings.against.known
+    panels = [Panel(time, "error", lambda row: row.seconds, shown, lambda row: row.front, known)]
     if findings.against.reference_on_mesh:
-        label = "error against the finest run on the scene's own mesh"
-        panels.append(Panel(time, label, lambda row: row.seconds, on_mesh, lambda row: row.front_on_mesh))
-    panels.append(Panel("peak memory, MiB", "error", mebibytes, shown, lambda row: row.front_of_memory))
+        label, known_on_mesh = "error against the finest run on the scene's own mesh", findings.against.known_on_mesh
+        time += f", {findings.against.measure_on_mesh}"
+        on_mesh = findings.shown_error_on_mesh
+        panels.append(
+            Panel(time, label, lambda row: row.seconds_on_mesh, on_mesh, lambda row: row.front_on_mesh, known_on_mesh)
+        )
+    panels.append(Panel("peak memory, MiB", "error", mebibytes, shown, lambda row: row.front_of_memory, known))
     return panels
 
 
@@ -60,11 +62,9 @@ def draw(findings: Findings, path: Path) -> None:
     figure, axes = plt.subplots(1, len(panels), figsize=(7.0 * len(panels), 7.0), layout="constrained", squeeze=False)
     for one, panel in zip(axes[0], panels, strict=True):
         _show(one, findings.rows, kinds, panel)
-    if findings.against.known > RESOLVED:
-        for one, panel in zip(axes[0], panels, strict=True):
-            if panel.y_label == "error":
-                low = one.get_ylim()[0]
-                one.axhspan(low, findings.against.known, color="0.9", zorder=0, label="reference not known better")
+        if panel.known > RESOLVED:
+            low = one.get_ylim()[0]
+            one.axhspan(low, max(low, panel.known), color="0.9", zorder=0, label="reference not known better")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3 * len(panels), fontsize="small")
     figure.suptitle("\n".join(headline(findings)), fontsize="small")

@@ -37,6 +37,8 @@ COLUMNS = (
     "processor_seconds",
     "peak_memory_bytes",
     "error",
+    "wall_seconds_on_mesh",
+    "processor_seconds_on_mesh",
     "error_on_mesh",
     "front",
     "front_on_mesh",
@@ -80,6 +82,8 @@ def _cells(row: Row, scene: Scene) -> dict[str, object]:
         "processor_seconds": _number(row.processor, 4),
         "peak_memory_bytes": _number(row.memory, 12),
         "error": _number(row.error, 4),
+        "wall_seconds_on_mesh": _number(row.wall_on_mesh, 4),
+        "processor_seconds_on_mesh": _number(row.processor_on_mesh, 4),
         "error_on_mesh": _number(row.error_on_mesh, 4),
         "front": int(row.front),
         "front_on_mesh": int(row.front_on_mesh),
@@ -112,24 +116,27 @@ def lines(findings: Findings) -> list[str]:
     found = [
         *headline(findings),
         "",
-        f"    {'setting':<{width}} {'seconds':>8} {'MiB':>6} {'error':>8}" + (f" {'on mesh':>8}" if motion else ""),
+        f"    {'setting':<{width}} {'seconds':>8} {'MiB':>6} {'error':>8}"
+        + (f" {'on mesh: s':>10} {'error':>8}" if motion else ""),
     ]
     for row in in_order(findings):
         marks = ("*" if row.front else " ") + ("+" if motion and row.front_on_mesh else " ")
         cells = (
             f"{marks:<4}{row.setting.label:<{width}} {_cell(row.seconds, '8.1f')} {_cell(row.memory / 2**20, '6.0f')}"
         )
-        cells += f" {_error(row, findings):>8}" + (f" {_cell(row.error_on_mesh, '8.1e')}" if motion else "")
+        cells += f" {_error(row.error, findings.shown_error(row)):>8}"
+        if motion:
+            shown = _error(row.error_on_mesh, findings.shown_error_on_mesh(row))
+            cells += f" {_cell(row.seconds_on_mesh, '10.1f')} {shown:>8}"
         found.append(cells + (f"  {row.status}: {row.run.message}" if row.status != "done" else ""))
     found.append("* on the front" + ("; + on the front of the scene's own mesh, errors on mesh" if motion else ""))
     return [*found, *_statistics_lines(findings, width), "", *sentences(findings)]
 
 
-def _error(row: Row, findings: Findings) -> str:
-    shown = findings.shown_error(row)
+def _error(error: float, shown: float) -> str:
     if not math.isfinite(shown):
         return "-"
-    return f"{shown:.1e}" if shown == row.error else f"<{shown:.0e}"
+    return f"{shown:.1e}" if shown == error else f"<{shown:.0e}"
 
 
 def _cell(value: float, form: str) -> str:
@@ -145,7 +152,10 @@ def headline(findings: Findings) -> list[str]:
     versions = ", ".join(f"{name} {version}" for name, version in told.items())
     against = findings.against
     known = f", which is known to {against.known:.1e}" if against.known > 0.0 else ""
-    on_mesh = f"; on mesh: against {against.reference_on_mesh}" if against.reference_on_mesh else ""
+    on_mesh = ""
+    if against.reference_on_mesh:
+        on_mesh = f"; on mesh: {against.measure_on_mesh} against {against.reference_on_mesh}"
+        on_mesh += f", known to {against.known_on_mesh:.1e}" if against.known_on_mesh > 0.0 else ""
     repeated = f"; the same twice: {findings.repeated:.0%} apart" if math.isfinite(findings.repeated) else ""
     imports = [row.run.imports for row in findings.rows if math.isfinite(row.run.imports)]
     started = f"; start of Python and imports, {median(imports):.1f} s, not counted" if imports else ""
@@ -180,16 +190,21 @@ def _statistics_lines(findings: Findings, width: int) -> list[str]:
 
 def sentences(findings: Findings) -> list[str]:
     """The cheapest setting for errors of 1e-2, 1e-3, 1e-4."""
-    found = [_sentence(findings, target, False) for target in TARGETS]
+    found = []
+    for target in TARGETS:
+        row = findings.cheapest(target)
+        found.append(_sentence(target, "", row, row and row.seconds, row and findings.shown_error(row)))
     if findings.against.reference_on_mesh:
-        found += [_sentence(findings, target, True) for target in TARGETS]
+        for target in TARGETS:
+            row = findings.cheapest_on_mesh(target)
+            numbers = row and row.seconds_on_mesh, row and findings.shown_error_on_mesh(row)
+            found.append(_sentence(target, " on the scene's own mesh", row, *numbers))
     return found
 
 
-def _sentence(findings: Findings, target: float, on_mesh: bool) -> str:
-    row = findings.cheapest(target, on_mesh)
-    what = f"Errors below {target:.0e}" + (" on the scene's own mesh" if on_mesh else "")
+def _sentence(target: float, where: str, row: Row | None, seconds: float | None, error: float | None) -> str:
     if row is None:
-        return f"{what}: no setting reached that."
-    error = row.error_on_mesh if on_mesh else findings.shown_error(row)
-    return f"{what}: {row.setting.label} is the cheapest, {row.seconds:.3g} s (error {error:.1e})."
+        return f"Errors below {target:.0e}{where}: no setting reached that."
+    return (
+        f"Errors below {target:.0e}{where}: {row.setting.label} is the cheapest, {seconds:.3g} s (error {error:.1e})."
+    )
