@@ -9,7 +9,7 @@ from .expression import parse
 
 OF_WANTS = (
     "a result, or numbers and results joined by + - * / ** ( ) max() min(): frequencies.N (from 0), history.COLUMN, "
-    "probes.NAME.COLUMN or reactions.NAME.COLUMN, columns as in the tables of results; surface.volume (down to z = 0, m^3)"
+    "probes.NAME.COLUMN or reactions.NAME.COLUMN, columns as in the tables of results; surface.volume (over z = 0, m^3)"
 )
 TOLERANCE_WANTS = (
     "a number > 0: largest relative error (absolute where exact is 0) on the finest mesh, "

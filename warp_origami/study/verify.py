@@ -102,6 +102,8 @@ def _level(scene: Scene, label: str, device: str | None) -> Level:
     except NumericalFailure as error:
         result, failure = error.result, str(error)
     summary = result.summary
+    if summary["status"] == "interrupted":
+        raise KeyboardInterrupt
     obtained = tuple(float("nan") if failure else read_value(value.of, result) / value.over for value in values)
     seconds = summary["wall_seconds"] - summary["phases"]["compile"]
     return Level(label, summary["elements"], summary["steps_accepted"], seconds, obtained, failure)
