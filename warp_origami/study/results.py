@@ -41,10 +41,10 @@ def check_path(path: str, scene: Scene, key: str) -> None:
 
 
 def column(path: str, run: Run) -> np.ndarray:
-    """(n,) rows of a path, a frequency (Hz), or the volume under the surface at the end (m^3)."""
+    """(n,) rows of a path, a frequency (Hz), or the volume under the last frame (m^3; NaN if none was kept)."""
     table, *rest = path.split(".")
     if table == "surface":
-        return volume(run.frames[-1].points, run.surface)
+        return volume(run.frames[-1].points, run.surface) if run.frames else np.nan
     if table == "frequencies":
         return np.asarray(run.summary["frequencies"])[int(rest[0])]
     if table == "history":
