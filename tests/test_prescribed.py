@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import warp_origami as wo
 from membrane_cases import rotation
 from runs import GRAVITY, film, run, system_of
 from warp_origami.errors import InputError
+from warp_origami.model.generators import build_pattern
 
 BOTTOM = {"box": [[0.0, 0.0], [0.6, 0.0]]}
 TOP = {"box": [[0.0, 0.6], [0.6, 0.6]]}
@@ -163,3 +165,23 @@ def test_a_hanging_sheet_pulls_with_its_weight():
     reaction = result.reactions["top"][-1]
     print(f"weight {weight:.6f} N, reaction {reaction[1]:.6f} N, moment {reaction[5]:.6f} N m")
     np.testing.assert_allclose(reaction, [0, weight, 0, 0, 0, 0.3 * weight], atol=2e-5 * weight)
+
+
+def test_a_curved_rim_is_held_alike_by_one_support_and_by_several_piece_by_piece():
+    """Where the pieces meet, too, only the derivative along the mean direction is held."""
+    disc = {"kind": "disc", "radius": 0.5, "rings": 2, "segments": 16}
+
+    def constraints(*supports):
+        scene = film(1.0, {}).model_dump(exclude_none=True) | {"pattern": disc, "support": list(supports)}
+        return system_of(wo.Scene(**scene)).constraints
+
+    vertices = build_pattern("disc", {k: v for k, v in disc.items() if k != "kind"}).mesh.vertices
+    rim = np.flatnonzero(np.isclose(np.linalg.norm(vertices, axis=1), 0.5))
+    order = rim[np.argsort(np.arctan2(vertices[rim, 1], vertices[rim, 0]))].tolist()
+    one = constraints({"at": {"boundary": True}})
+    pieces = [order[:7], order[6:12], [*order[11:], order[0]]]
+    several = constraints(*({"at": {"vertices": piece}} for piece in pieces))
+    mixed = constraints({"at": {"vertices": pieces[0] + pieces[1]}}, {"at": {"vertices": pieces[2]}, "fix": "xyz"})
+    for other in (several, mixed):
+        assert other.null_space.shape == one.null_space.shape
+        assert np.abs((one.equations @ other.null_space).toarray()).max(initial=0.0) < 1e-12

@@ -87,7 +87,7 @@ def build_constraints(
         directions = _slope_candidates(folds[v], local)
         cache = {}
         for c in range(3):
-            active = tuple(k for k in prescribed[v] if c in prescribers[rows.prescribers[k]].components)
+            active = tuple(k for k in prescribed[v] if c in rows.components[k])
             if active not in cache:
                 entries = folds[v] + [rows.entries[k] for k in active]
                 cache[active] = _eliminate(_dense(entries, local), directions)

@@ -53,11 +53,12 @@ class Prescriber:
 
 @dataclass(frozen=True)
 class PrescribedRows:
-    """Equations a . q = d(t), each on the coordinates of one vertex, alike in the components it covers.
+    """Equations a . q = d(t), each on the coordinates of one vertex, alike in its components.
 
     Attributes:
         vertices: (k,) vertex of each row.
         prescribers: (k,) index of the prescriber of each row.
+        components: k subsets of (0, 1, 2).
         entries: k lists of (row of q, coefficient).
         slopes: (k,) bool, whether the row prescribes a slope (else a position).
         initial: (k, 3) a . q in the initial state.
@@ -66,6 +67,7 @@ class PrescribedRows:
 
     vertices: np.ndarray
     prescribers: np.ndarray
+    components: list[tuple[int, ...]]
     entries: list[list[tuple[int, float]]]
     slopes: np.ndarray
     initial: np.ndarray
@@ -83,27 +85,30 @@ def prescribed_rows(
         InputError: a driver prescribes a component that a support or another driver prescribes at the same vertex.
     """
     _refuse_conflicts(mesh, prescribers)
-    vertices, owners, entries, slopes = [], [], [], []
+    vertices, owners, components, entries, slopes = [], [], [], [], []
 
-    def add(vertex, owner, entry, slope):
-        vertices.append(vertex)
+    def add(vertex, owner, components_of_row, entry, slope):
+        vertices.append(int(vertex))
         owners.append(owner)
+        components.append(components_of_row)
         entries.append(entry)
         slopes.append(slope)
 
     for k, prescriber in enumerate(prescribers):
+        everything = prescriber.components
         for v in prescriber.selection.vertices:
             if coordinates.positions[v] >= 0:
-                add(int(v), k, [(int(coordinates.positions[v]), 1.0)], False)
+                add(v, k, everything, [(int(coordinates.positions[v]), 1.0)], False)
         if prescriber.selection.whole:
             for v, g in zip(coordinates.sector_vertices, coordinates.sector_gradients, strict=True):
-                add(int(v), k, [(int(g), 1.0)], True)
-                add(int(v), k, [(int(g) + 1, 1.0)], True)
-        else:
-            for v, e, direction in held_directions(mesh, prescriber.selection):
+                add(v, k, everything, [(int(g), 1.0)], True)
+                add(v, k, everything, [(int(g) + 1, 1.0)], True)
+            continue
+        for some, others in _held_by_others(prescribers, k):
+            for v, e, direction in held_directions(mesh, prescriber.selection, others):
                 corner = int(np.flatnonzero(mesh.triangles[e] == v)[0])
                 g = int(coordinates.elements[e, 3 * corner + 1])
-                add(int(v), k, [(g, float(direction[0])), (g + 1, float(direction[1]))], True)
+                add(v, k, some, [(g, float(direction[0])), (g + 1, float(direction[1]))], True)
 
     def applied(q):
         return np.array([sum(w * q[i] for i, w in entry) for entry in entries]).reshape(-1, 3)
@@ -111,11 +116,23 @@ def prescribed_rows(
     return PrescribedRows(
         np.array(vertices, dtype=int),
         np.array(owners, dtype=int),
+        components,
         entries,
         np.array(slopes, dtype=bool),
         applied(initial),
         applied(flat),
     )
+
+
+def _held_by_others(prescribers: list[Prescriber], k: int) -> list[tuple[tuple[int, ...], np.ndarray]]:
+    """Components of prescriber k in groups, each with the edges that other prescribers hold in these: a curved rim is
+    one, whether one support holds it or several do piece by piece."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for c in prescribers[k].components:
+        selections = [p.selection for j, p in enumerate(prescribers) if j != k and c in p.components]
+        edges = {edge for one in selections if not one.whole for edge in one.edges.tolist()}
+        groups.setdefault(tuple(sorted(edges)), []).append(c)
+    return [(tuple(some), np.array(edges, dtype=int)) for edges, some in groups.items()]
 
 
 def _refuse_conflicts(mesh: Mesh, prescribers: list[Prescriber]) -> None:

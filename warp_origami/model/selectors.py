@@ -1,7 +1,7 @@
 """Which vertices and boundary edges a selector of the scene file means, and which slopes it holds along them."""
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,9 @@ TIE = 1e-9
 
 SMOOTH_TURN = np.pi / 4 - 1e-9
 """Held edges that meet at a smaller turn (rad) are a curved rim drawn as a polygon."""
+
+
+NO_EDGES = np.zeros(0, dtype=int)
 
 
 @dataclass(frozen=True)
@@ -64,37 +67,55 @@ def select(at, mesh: Mesh, key: str = "at") -> Selection:
     return Selection(np.flatnonzero(chosen), np.flatnonzero(held), whole)
 
 
-def held_directions(mesh: Mesh, selection: Selection) -> list[tuple[int, int, np.ndarray]]:
+def held_directions(
+    mesh: Mesh, selection: Selection, others: np.ndarray = NO_EDGES
+) -> list[tuple[int, int, np.ndarray]]:
     """Directions along which a selection holds the slope: rows (vertex, element, unit vector (2,) in the flat plane).
 
     Each end of a selected boundary edge holds the derivative along it, in the edge's own element and hence sector.
-    Where two of them meet on one piece of the sheet at a turn below 45 degrees, both hold the derivative along their
-    mean direction instead. What would be the same row twice (one sector, one line) is there once. So a straight or
+    Where two held edges meet on one piece of the sheet at a turn below 45 degrees, the derivative along their mean
+    direction is held instead. What would be the same row twice (one sector, one line) is there once. So a straight or
     curved rim gives one row per vertex, a corner two, and a rim that a crease runs into one row for each face there.
+
+    `others` are edges that something else holds: they have no rows here, but turn with those that have.
     """
     corner_sector = corner_fans(mesh.triangles, mesh.edges, mesh.edge_triangles, mesh.edge_kinds == SMOOTH)
     corner_piece = corner_fans(mesh.triangles, mesh.edges, mesh.edge_triangles, mesh.edge_kinds != BOUNDARY)
-    ends = defaultdict(list)  # piece of the sheet around a vertex -> its held edges, at most two
-    for d in selection.edges:
+    ends = defaultdict(list)  # piece of the sheet around a vertex -> held edges, at most two
+    own = set(selection.edges.tolist())
+    for d in sorted(own | set(others.tolist())):
         element = int(mesh.edge_triangles[d, 0])
         along = mesh.vertices[mesh.edges[d, 1]] - mesh.vertices[mesh.edges[d, 0]]
         along = along / np.linalg.norm(along)
         for v in mesh.edges[d].tolist():
             corner = int(np.argmax(mesh.triangles[element] == v))
-            ends[int(corner_piece[element, corner])].append((v, element, int(corner_sector[element, corner]), along))
+            sector = int(corner_sector[element, corner])
+            ends[int(corner_piece[element, corner])].append(_HeldEnd(v, element, sector, along, d in own))
 
     rows = []
     for held in ends.values():
         if len(held) == 2:
             # Boundary edges run around the sheet, so the turn is the angle between the two vectors.
-            (_, _, _, one), (_, _, _, two) = held
+            one, two = held[0].along, held[1].along
             if np.arctan2(abs(_cross(one, two)), one @ two) < SMOOTH_TURN:
                 mean = (one + two) / np.linalg.norm(one + two)
-                held = [(v, element, sector, mean) for v, element, sector, _ in held]
-            if held[0][2] == held[1][2] and abs(_cross(held[0][3], held[1][3])) < TIE:
-                held = held[:1]
-        rows += [(v, element, along) for v, element, _, along in held]
+                held = [replace(end, along=mean) for end in held]
+        held = [end for end in held if end.own]
+        if len(held) == 2 and held[0].sector == held[1].sector and abs(_cross(held[0].along, held[1].along)) < TIE:
+            held = held[:1]
+        rows += [(end.vertex, end.element, end.along) for end in held]
     return sorted(rows, key=lambda row: row[:2])
+
+
+@dataclass(frozen=True)
+class _HeldEnd:
+    """An end of a held edge: at `vertex`, in the sector of `element`, with the edge's unit vector."""
+
+    vertex: int
+    element: int
+    sector: int
+    along: np.ndarray
+    own: bool
 
 
 def _given_vertices(mesh: Mesh, at: dict, key: str) -> np.ndarray:
