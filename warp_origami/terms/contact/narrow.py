@@ -32,9 +32,10 @@ class SlaveKernels:
         if method in ("nts", "mixed"):
             self.nts = nts.nts_contacts
             self.modules += (self.nts.module.name,)
+        target = wp.get_device(device)
         for kernel in (self.sts, self.nts):
-            if kernel is not None:
-                kernel.module.load(wp.get_device(device))
+            if kernel is not None:  # Warp launches with blocks of 1 on the CPU, and compiles for each block size anew
+                kernel.module.load(target, block_dim=1 if target.is_cpu else None)
 
     def stiffness_of(self, points: np.ndarray) -> np.ndarray:
         """Stiffness of slave points, N/m."""
