@@ -311,6 +311,15 @@ def test_other_texts_are_no_expressions(text):
         parse(text)
 
 
+LONG = {"terms": "+history.taut" * 3000, "brackets": "(" * 240 + "history.taut" + ")" * 240, "digits": "9" * 400}
+
+
+@pytest.mark.parametrize("text", [LONG["terms"], LONG["brackets"], "history.taut + " + LONG["digits"]], ids=LONG)
+def test_expressions_beyond_all_limits_are_none(text):
+    with pytest.raises(ValueError):
+        parse(text)
+
+
 def convergence(values, sizes, exact=1.0, tolerances=None):
     levels = tuple(Level(f"n={n}", n * n, 1, 0.0, (value,)) for n, value in zip(sizes, values, strict=True))
     return Convergence("case", "nowhere", (Claim("x", exact, tolerances or (None,) * len(sizes)),), levels)
@@ -324,6 +333,29 @@ def test_order_and_extrapolation_of_a_power():
     exact = convergence([1.0, 1.0, 1.0], sizes)
     assert exact.order(0) is None
     assert exact.extrapolated(0) is None
+
+
+def test_changes_that_hardly_fall_are_not_extrapolated():
+    """Order 0.8: what the finest mesh gives is nearer than what would be extrapolated from noise of that size."""
+    sizes = (4, 8, 16)
+    assert convergence([1.0 + 3.0 / n**0.8 for n in sizes], sizes).extrapolated(0) is None
+    assert convergence([1.0 + 3.0 / n**1.1 for n in sizes], sizes).extrapolated(0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("sizes", [(4, 4, 4), (16, 8, 4), (4, 8, 8), (0, 0, 0)])
+def test_levels_that_are_not_finer_have_no_order(sizes):
+    found = convergence([1.03, 1.02, 1.015], sizes)
+    assert found.order(0) is None
+    assert found.extrapolated(0) is None
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_what_is_no_number_has_no_order_and_is_missed(value):
+    for values in ([1.1, value], [value, 1.1]):
+        found = convergence(values, (4, 8), tolerances=(None, 1.0))
+        assert found.order(0) is None
+        assert not found.passed
+    assert convergence([1.1, value, 1.2], (4, 8, 16)).extrapolated(0) is None
 
 
 def test_errors_are_absolute_where_nothing_is_expected():
@@ -361,15 +393,18 @@ def verify(*arguments):
     return CliRunner().invoke(main, ["verify", *map(str, arguments)])
 
 
+TWO_MESHES = '[["pattern.nx=2", "pattern.ny=2"], ["pattern.nx=3", "pattern.ny=3"]]'
+
+
 @pytest.fixture
 def own_scene(tmp_path):
     """A scene of one's own: the drum, with what is expected of it."""
 
-    def write(exact=31.2744427, of="frequencies.0", tolerance="6e-3", more=""):
+    def write(exact=31.2744427, of="frequencies.0", tolerance="6e-3", more="", refinement=TWO_MESHES):
         bundled = Path(str(wo.scene.files._find("verification/drum"))).read_text(encoding="utf-8")
         table = f"""[verification]
 source = "a book"
-refinement = [["pattern.nx=2", "pattern.ny=2"], ["pattern.nx=3", "pattern.ny=3"]]
+refinement = {refinement}
 {more}
 [[verification.value]]
 name = "f11"
@@ -406,9 +441,30 @@ def test_a_missed_tolerance_exits_3_and_is_marked(own_scene):
     assert verify(own_scene(tolerance="[1e-2, 1e-9]"), "--quick").exit_code == 0
 
 
+def test_meshes_that_do_not_differ_are_compared_without_an_order(own_scene, tmp_path):
+    same = (
+        '[["material.s1=1e-3", "pattern.nx=2", "pattern.ny=2"], ["material.s1=1e-4", "pattern.nx=2", "pattern.ny=2"]]'
+    )
+    ended = verify(own_scene(refinement=same), "--out", tmp_path / "results")
+    assert ended.exit_code == 0, ended.output
+    with (tmp_path / "results" / "verification.csv").open() as file:
+        assert [row["order"] for row in csv.DictReader(file)] == ["", ""]
+
+
+def test_a_frequency_beyond_those_of_the_sheet_is_missed(own_scene):
+    meshes = (
+        '[["analysis.count=9", "pattern.nx=1", "pattern.ny=1"], ["analysis.count=9", "pattern.nx=2", "pattern.ny=2"]]'
+    )
+    ended = verify(own_scene(of="frequencies.5", tolerance="10.0", refinement=meshes))
+    assert ended.exit_code == 3
+    assert "frequencies.5: the sheet has only" in ended.output
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"of": LONG["terms"]}, "value.0.of: got 39000 characters, wants a result"),
+        ({"of": LONG["brackets"]}, "wants a result"),
         ({"of": "frequencies.6"}, "frequencies.0 to frequencies.5"),
         ({"of": "probes.nobody.z"}, "probes of the scene, which has none"),
         ({"of": "reactions.rim.force"}, "one of the columns fx, fy, fz"),

@@ -5,11 +5,12 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from .base import AsTuple, Count, Number, Positive, Table, fault
-from .expression import parse
+from .expression import LONGEST, parse
 
 OF_WANTS = (
     "a result, or numbers and results joined by + - * / ** ( ) max() min(): frequencies.N (from 0), history.COLUMN, "
-    "probes.NAME.COLUMN or reactions.NAME.COLUMN, columns as in the tables of results; surface.volume (over z = 0, m^3)"
+    "probes.NAME.COLUMN or reactions.NAME.COLUMN, columns as in the tables of results; surface.volume (over z = 0, "
+    f"m^3); at most {LONGEST} characters"
 )
 TOLERANCE_WANTS = (
     "a number > 0: largest relative error (absolute where exact is 0) on the finest mesh, "
@@ -21,7 +22,8 @@ def _an_expression(text: str) -> str:
     try:
         parse(text)
     except ValueError:
-        raise fault("", f'"{text}"', OF_WANTS) from None
+        got = f'"{text}"' if len(text) <= LONGEST else f"{len(text)} characters"
+        raise fault("", got, OF_WANTS) from None
     return text
 
 

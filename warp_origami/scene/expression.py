@@ -15,6 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 PATH = re.compile(r"\b(?:surface\.volume|frequencies\.\d+|history\.\w+|(?:probes|reactions)\.\w[\w-]*\.\w+)(?![\w.])")
+LONGEST = 500
+"""Characters; each may be a bracket, and Python's own limits are not far beyond."""
+
 OPERATORS = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -49,10 +52,10 @@ def parse(text: str) -> Expression:
     """The expression of a text.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it is none, or longer than LONGEST.
     """
     paths: list[str] = []
-    if "result_" in text:  # names of our own, below
+    if len(text) > LONGEST or "result_" in text:  # names of our own, below
         raise ValueError(text)
 
     def replaced(match: re.Match) -> str:
@@ -61,9 +64,9 @@ def parse(text: str) -> Expression:
 
     try:
         tree = ast.parse(PATH.sub(replaced, text).strip(), mode="eval").body
-    except SyntaxError:
+        _check(tree, {f"result_{k}" for k in range(len(paths))})
+    except (SyntaxError, RecursionError, MemoryError, OverflowError):
         raise ValueError(text) from None
-    _check(tree, {f"result_{k}" for k in range(len(paths))})
     if not paths:
         raise ValueError(text)
     return Expression(tuple(paths), tree)
@@ -71,7 +74,7 @@ def parse(text: str) -> Expression:
 
 def _check(tree: ast.expr, names: set[str]) -> None:
     match tree:
-        case ast.Constant(value=int() | float()) if not isinstance(tree.value, bool):
+        case ast.Constant(value=int() | float()) if not isinstance(tree.value, bool) and np.isfinite(float(tree.value)):
             return
         case ast.Name(id=name) if name in names:
             return

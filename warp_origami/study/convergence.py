@@ -7,9 +7,13 @@ with the fineness n: the root of the number of elements, or the number of steps 
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 ROUND_OFF = 1e-11
 """Errors below it have no order."""
+
+LEAST_RATIO = 2.0
+"""Of one change to the next: below it, which is about order one where meshes are halved, nothing is extrapolated."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,7 @@ class Level:
         seconds: wall time, without compilation.
         obtained: a number per claim; NaN where the run failed.
         failure: why the run failed.
+        remarks: what the run has no value of.
     """
 
     label: str
@@ -50,6 +55,7 @@ class Level:
     seconds: float
     obtained: tuple[float, ...]
     failure: str | None = None
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,29 +89,31 @@ class Convergence:
         if len(self.levels) < 2:
             return None
         coarse, fine = (abs(error) for error in self.errors(claim)[-2:])
-        if not min(coarse, fine) > ROUND_OFF:
+        n = self.fineness()[-2:]
+        if not (_increase(n) and ROUND_OFF < coarse < math.inf and ROUND_OFF < fine < math.inf):
             return None
-        return math.log(coarse / fine) / self._growth()
+        return math.log(coarse / fine) / math.log(n[1] / n[0])
 
     def extrapolated(self, claim: int) -> float | None:
         """Richardson extrapolation of the last three levels, with the order that they show; None where they show none.
 
-        The exact value takes no part.
+        The exact value takes no part. Changes that hardly fall are no power of the fineness yet, and what follows from
+        them is off by more than the finest mesh is.
         """
         if len(self.levels) < 3:
             return None
         one, two, three = (level.obtained[claim] for level in self.levels[-3:])
         n = self.fineness()[-3:]
         before, after = two - one, three - two
-        even = math.isclose(n[2] / n[1], n[1] / n[0], rel_tol=0.05)
-        if not even or before * after <= 0.0 or abs(after) >= abs(before):
+        even = _increase(n) and math.isclose(n[2] / n[1], n[1] / n[0], rel_tol=0.05)
+        if not (even and before * after > 0.0 and LEAST_RATIO <= before / after < math.inf):
             return None
         return three + after / (before / after - 1.0)
 
     def holds(self, claim: int, level: int) -> bool | None:
-        """Whether the tolerance is kept on a level; None where none is stated."""
+        """Whether the tolerance is kept on a level; None where none is stated, False where there is no number."""
         tolerance = self.claims[claim].tolerances[level]
-        if self.levels[level].failure is not None:
+        if self.levels[level].failure is not None or not math.isfinite(self.levels[level].obtained[claim]):
             return False
         return None if tolerance is None else abs(self.errors(claim)[level]) <= tolerance
 
@@ -120,6 +128,7 @@ class Convergence:
         checks = [self.holds(k, i) for k in range(len(self.claims)) for i in range(len(self.levels))]
         return False not in checks
 
-    def _growth(self) -> float:
-        coarse, fine = self.fineness()[-2:]
-        return math.log(fine / coarse)
+
+def _increase(fineness: list[float]) -> bool:
+    """Whether every level is finer than the one before."""
+    return all(0.0 < coarse < fine for coarse, fine in pairwise(fineness))

@@ -41,12 +41,16 @@ def check_path(path: str, scene: Scene, key: str) -> None:
 
 
 def column(path: str, run: Run) -> np.ndarray:
-    """(n,) rows of a path, a frequency (Hz), or the volume under the last frame (m^3; NaN if none was kept)."""
+    """(n,) rows of a path, a frequency (Hz), or the volume under the last frame (m^3).
+
+    NaN for a frequency beyond those of the sheet, and for the volume if no frame was kept.
+    """
     table, *rest = path.split(".")
     if table == "surface":
         return volume(run.frames[-1].points, run.surface) if run.frames else np.nan
     if table == "frequencies":
-        return np.asarray(run.summary["frequencies"])[int(rest[0])]
+        found = run.summary["frequencies"]
+        return found[int(rest[0])] if int(rest[0]) < len(found) else np.nan
     if table == "history":
         return run.history[rest[0]]
     if table == "probes":
@@ -57,6 +61,13 @@ def column(path: str, run: Run) -> np.ndarray:
 def read_value(of: str, run: Run) -> float:
     """Value of an expression over the results of a run in its last row; see scene.expression."""
     return parse(of).value(lambda path: column(path, run))
+
+
+def without_value(of: str, run: Run) -> list[str]:
+    """A line for each frequency that an expression names and the sheet is too coarse to have."""
+    paths = [path for path in dict.fromkeys(parse(of).paths) if path.startswith("frequencies.")]
+    known = len(run.summary["frequencies"]) if paths else 0
+    return [f"{path}: the sheet has only {known} modes" for path in paths if int(path.split(".")[1]) >= known]
 
 
 def volume(points: np.ndarray, surface: Submesh) -> float:

@@ -26,6 +26,7 @@ def case_lines(case: Convergence) -> list[str]:
                 f"{level.obtained[k]:13.8g} {errors[i]:10.1e} {_number(tolerance, '9.1e')} {_number(order, 'z5.2f')} "
                 f"{_number(extrapolated, '13.8g')} {level.seconds:6.1f}{mark}"
             )
+    lines += [f"at {level.label}: {remark}" for level in case.levels for remark in level.remarks]
     lines += [f"failed at {level.label}: {level.failure}" for level in case.levels if level.failure is not None]
     return lines
 

@@ -12,7 +12,7 @@ from warp_origami.scenes import bundled_scenes
 
 from .convergence import Claim, Convergence, Level
 from .pendulum import swing
-from .results import check_values, read_value
+from .results import check_values, read_value, without_value
 
 FOLDER = "verification/"
 PENDULUM = FOLDER + "pendulum"
@@ -105,8 +105,9 @@ def _level(scene: Scene, label: str, device: str | None) -> Level:
     if summary["status"] == "interrupted":
         raise KeyboardInterrupt
     obtained = tuple(float("nan") if failure else read_value(value.of, result) / value.over for value in values)
+    remarks = () if failure else tuple(line for value in values for line in without_value(value.of, result))
     seconds = summary["wall_seconds"] - summary["phases"]["compile"]
-    return Level(label, summary["elements"], summary["steps_accepted"], seconds, obtained, failure)
+    return Level(label, summary["elements"], summary["steps_accepted"], seconds, obtained, failure, remarks)
 
 
 def _pendulum() -> Case:
