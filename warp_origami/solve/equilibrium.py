@@ -55,8 +55,10 @@ ENERGY_TOLERANCE = 1e-13
 """Decrease of the energy that the next step promises, over the energy, that ends the iteration: where the wrinkling law
 switches over a whole region, the energy is flat and steps alone do not tell."""
 NO_STRAIN, NO_CHANGE = 1e-7, 1e-10
-"""Strain all over the sheet whose energy counts as none, and the one whose energy then ends the iteration: stress-free
-motion has no energy to compare with."""
+"""Strain all over the sheet whose energy counts as none, and the one whose energy then ends the iteration where nothing
+loads the sheet: stress-free motion has no energy to compare with."""
+ROUND_OFF = 1e-15
+"""Strain all over the sheet whose energy ends the iteration under any load: the round-off of strains."""
 DIFFERENCE = 1e-8
 """Displacement, over the size of the sheet, by which the tangent along prescribed motion is found."""
 BALANCED = 1e-9
@@ -75,13 +77,17 @@ class Equilibrium:
         q: (n, 3).
         iterations: number of linearizations.
         multiple: c at the end.
+        missing: (3n,) what the constraints prescribe, less what `q` has there: zero after the first iteration.
         failure: None if it is an equilibrium.
+        hopeless: smaller load steps fail as well.
     """
 
     q: np.ndarray
     iterations: int
     multiple: float
+    missing: np.ndarray
     failure: Failure | None = None
+    hopeless: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,7 +125,9 @@ class EquilibriumSolver:
         self.free_directions = [c for c in range(3) if not np.any(np.abs(along[c]) > BALANCED)]
         area = float(system.mesh.areas.sum())
         stiffness = material.youngs_modulus * material.thickness * area
-        self.no_energy, self.no_change = NO_STRAIN**2 * stiffness, NO_CHANGE**2 * stiffness
+        self.no_energy, self.no_change, self.round_off = (
+            strain**2 * stiffness for strain in (NO_STRAIN, NO_CHANGE, ROUND_OFF)
+        )
 
     def solve(self, start: Start, external: ExternalForce, multiple: float, guess: Start | None = None) -> Equilibrium:
         """Equilibrium near `start`.
@@ -131,7 +139,7 @@ class EquilibriumSolver:
         """
         adrift = self._adrift(start.q, external)
         if adrift is not None:
-            return Equilibrium(start.q, 0, multiple, adrift)
+            return Equilibrium(start.q, 0, multiple, start.held, adrift, hopeless=True)
         ladders = self._ladders(start.q, external)
         found = self._iterate(guess or start, external, multiple, patient=not ladders)
         iterations = found.iterations
@@ -158,13 +166,14 @@ class EquilibriumSolver:
         self, ladder: list[Rung], start: Start, external: ExternalForce, multiple: float, patient: bool
     ) -> Equilibrium:
         """Each rung is loosely solved from the last, and then the problem itself."""
-        iterations, still = 0, np.zeros_like(start.held)
+        iterations = 0
         try:
             for rung in ladder:
                 self.system.membrane.set_stiffness_ratios(rung.s1, rung.s2)
                 loads, least = scaled(external, rung.load), max(multiple, RUNG_MULTIPLE)
                 found = self._iterate(start, loads, least, True, RUNG_ITERATIONS, RUNG_TOLERANCE)
-                start, multiple, iterations = Start(found.q, still), found.multiple, iterations + found.iterations
+                start, multiple = Start(found.q, found.missing), found.multiple
+                iterations += found.iterations
         finally:
             material = self.system.scene.material
             self.system.membrane.set_stiffness_ratios(material.s1, material.s2)
@@ -193,39 +202,41 @@ class EquilibriumSolver:
     ) -> Equilibrium:
         potential = _Potential(self.system, external)
         q, held = start.q.ravel(), start.held
-        moves = bool(np.any(held))
+        loaded = bool(np.any(self.system.external_force(start.q, external)))
         for iteration in range(1, maximum + 1):
             linearization = self.system.linearize(q.reshape(-1, 3), external)
             gradient = potential.balance(q, linearization.gradient)
             factor, multiple = self._factorize(linearization, multiple)
             if factor is None:
-                return self._failed(q, iteration, multiple, "the tangent is not positive definite")
-            if moves:  # the first step takes the constraints along
+                return self._failed(q, iteration, multiple, held, "the tangent is not positive definite")
+            if np.any(held):  # the first step takes the constraints along
                 pull = potential.stiffness_times(q, held) + multiple * self._metric_times(held)
                 q = q + held + factor.direction(gradient + pull)
-                moves = False
+                held = np.zeros_like(held)
                 continue
             step = factor.direction(gradient)
             slope = float(gradient @ step)
             if not np.isfinite(slope):
-                return self._failed(q, iteration, multiple, "the Newton step is not a number")
+                return self._failed(q, iteration, multiple, held, "the Newton step is not a number")
             energy, decrease = potential.scale(q), abs(slope)
-            least_decrease = self.no_change if energy < self.no_energy else energy_tolerance * energy
+            least_decrease = max(energy_tolerance * energy, self.round_off)
+            if not loaded and energy < self.no_energy:
+                least_decrease = self.no_change
             own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(decrease, np.finfo(float).tiny)
             if own >= OWN_SHARE or multiple == 0.0:
                 if self._size(step) < self.tolerance or decrease < least_decrease:
-                    return Equilibrium((q + step).reshape(-1, 3), iteration, multiple)
+                    return Equilibrium((q + step).reshape(-1, 3), iteration, multiple, held)
             if not patient and iteration > PATIENCE and decrease > 10.0 ** (-iteration / 4) * energy:
                 break
             length = line_search(potential, q, step, slope)
             q = q + length * step
             if self._size(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
-                return self._failed(q, iteration, multiple, "the sheet flies off")
+                return self._failed(q, iteration, multiple, held, "the sheet flies off")
             if length >= GOOD_LENGTH:
                 multiple = 0.1 * multiple if multiple > 10.0 * SMALLEST_MULTIPLE else 0.0
             elif length < POOR_LENGTH:
                 multiple = min(max(10.0 * multiple, POOR_MULTIPLE), FIRST_MULTIPLE)
-        return self._failed(q, iteration, multiple, f"Newton did not converge in {iteration} iterations")
+        return self._failed(q, iteration, multiple, held, f"Newton did not converge in {iteration} iterations")
 
     def _factorize(self, linearization: Linearization, multiple: float) -> tuple[NewtonFactor | None, float]:
         """Factor of K + c G with the least c from `multiple` on, in decades, for which there is one; and that c."""
@@ -243,9 +254,9 @@ class EquilibriumSolver:
         """Largest displacement that a row of q causes, m."""
         return float(np.max(self.system.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
 
-    def _failed(self, q: np.ndarray, iterations: int, multiple: float, reason: str) -> Equilibrium:
+    def _failed(self, q: np.ndarray, iterations: int, multiple: float, missing: np.ndarray, reason: str) -> Equilibrium:
         advice = "more analysis.load_steps, larger material.s1 and s2, or supports that hold what is free to move"
-        return Equilibrium(q.reshape(-1, 3), iterations, multiple, Failure(reason, advice))
+        return Equilibrium(q.reshape(-1, 3), iterations, multiple, missing, Failure(reason, advice))
 
 
 class _Potential:

@@ -125,10 +125,15 @@ def _without_pivoting(matrix: csc_matrix) -> SuperLU | None:
         return None
 
 
-def negative_pivots(matrix: csc_matrix) -> int:
-    """Number of negative eigenvalues of a symmetric sparse matrix (Sylvester), by its factors; 0 if it has none."""
+def negative_pivots(matrix: csc_matrix) -> int | None:
+    """Number of negative eigenvalues of a symmetric sparse matrix, by the pivots of its LDL^T (Sylvester).
+
+    None where there is no such factor: a pivot vanished, and the matrix is singular or rows were exchanged.
+    """
     factor = _without_pivoting(matrix)
-    return 0 if factor is None else int(np.sum(factor.U.diagonal() < 0.0))
+    if factor is None or not np.array_equal(factor.perm_r, factor.perm_c):
+        return None
+    return int(np.sum(factor.U.diagonal() < 0.0))
 
 
 def choose_solver(name: str, size: int, kind: Literal["definite", "indefinite", "general"]) -> LinearSolver:

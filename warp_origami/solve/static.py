@@ -1,7 +1,7 @@
 """Static analysis: load steps from the initial state to the load factor 1, each ended by an equilibrium.
 
-The increment of the load factor is at most 1 / load_steps, is halved where no equilibrium is found, and doubled again
-after steps that succeed.
+The increment of the load factor is at most 1 / load_steps, is halved where no equilibrium is found or layers passed
+through each other on the way to it, and doubled again after steps that succeed.
 """
 
 import threading
@@ -14,6 +14,7 @@ from warp_origami.system import System
 from .energy import EnergyBalance, Forces
 from .equilibrium import FIRST_MULTIPLE, PATIENCE, Equilibrium, EquilibriumSolver, Start
 from .modal import Modes, ModeShapes
+from .passage import Passage
 from .packing import pack, pack_contact, restore_contact, unpack
 from .recording import Recorder
 from .records import Observer
@@ -23,6 +24,12 @@ from .summary import Counters, summarize
 
 SMALLEST_SHARE = 1e-2
 """Smallest increment over the first."""
+DRIVEN_SHARE = 0.1
+"""Driven motion in the smallest increment, where there is contact, over the reach of contact."""
+SAMPLES = 200
+"""Load factors at which the speed of driven motion is looked for."""
+UNHELD = 1e-9
+"""Largest error of the constraints at an equilibrium, over the size of the sheet."""
 
 KEPT_MULTIPLE = 1e-6
 """Least multiple of the regularization at the start of a load step: the next one finds it if it needs more."""
@@ -67,7 +74,12 @@ class StaticRun:
         with self.clock.phase("setup"):
             self.record, self.surface = Recorder(system), Surface(system)
             self.solver = EquilibriumSolver(system)
+            self.passage = None if system.contact is None else Passage(system)
         self.largest = 1.0 / system.scene.analysis.load_steps
+        self.smallest = SMALLEST_SHARE * self.largest
+        if system.contact is not None:
+            speed = self._driven_speed()
+            self.smallest = min(self.smallest, DRIVEN_SHARE * system.contact.reach / speed if speed else np.inf)
 
     def start(self) -> StaticState:
         """The initial state, with its first row and frame written."""
@@ -123,17 +135,31 @@ class StaticRun:
                 factor = self.until
             found = self._solve(state, factor)
             counters = counters.iterated(found.iterations)
-            if found.failure is None:
+            failure = found.failure or self._refused(state.q, found.q, factor)
+            if failure is None:
                 break
             counters = counters.rejected()
             increment *= 0.5
-            if found.iterations == 0 or increment < SMALLEST_SHARE * self.largest:
-                return replace(state, counters=counters), found.failure
+            if found.hopeless or increment < self.smallest:
+                return replace(state, counters=counters), failure
         self.system.accept(found.q)
         state = replace(state, counters=counters.accepted(self.record.contacts()[2]))
         after = self._after(state, found, factor, min(2.0 * increment, self.largest))
         self._write(after, factor - state.factor, found.iterations)
         return after, None
+
+    def _refused(self, before: np.ndarray, after: np.ndarray, factor: float) -> Failure | None:
+        """Why an equilibrium found from the last one is not taken."""
+        constraints = self.system.constraints
+        error = np.abs(constraints.equations @ after.ravel() - constraints.values(factor)).max(initial=0.0)
+        if error > UNHELD * self.system.mesh.size:
+            return Failure(f"the constraints are violated by {error:.3g} m", "more analysis.load_steps")
+        return None if self.passage is None else self.passage.crossed(before, after)
+
+    def _driven_speed(self) -> float:
+        """Largest displacement that constraints prescribe per load factor, m."""
+        values = np.array([self.system.constraints.values(factor) for factor in np.linspace(0.0, 1.0, SAMPLES + 1)])
+        return SAMPLES * float(np.abs(np.diff(values, axis=0)).max(initial=0.0))
 
     def _solve(self, state: StaticState, factor: float) -> Equilibrium:
         guess = None

@@ -135,6 +135,11 @@ class Contact:
         self._narrow: NarrowPhase | None = None
         self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
 
+    @property
+    def reach(self) -> float:
+        """Distance (m) up to which a point is seen by a layer, on either side."""
+        return self._reach
+
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
         self._evaluate(q)
