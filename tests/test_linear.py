@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csc_matrix
 
 from warp_origami.errors import InputError
-from warp_origami.solve.linear import choose_solver
+from warp_origami.solve.linear import choose_solver, negative_pivots
 
 SMALL, LARGE = 10, 10**6
 """Sizes for which dense and sparse solvers are chosen."""
@@ -73,3 +73,21 @@ def test_a_general_solver_takes_matrices_that_are_not_symmetric(size):
     matrix = csc_matrix(symmetric(np.geomspace(1.0, 1e3, 20)) + np.triu(np.ones((20, 20))))
     wanted = np.random.default_rng(1).normal(size=20)
     np.testing.assert_allclose(choose_solver("auto", size, "general").factorize(matrix).solve(matrix @ wanted), wanted)
+
+
+def test_negative_pivots_count_negative_eigenvalues_or_nothing():
+    """Zeros on the diagonal ask for exchanged rows, whose pivots have other signs: then there is no count."""
+    random = np.random.default_rng(0)
+    told = 0
+    for zeros in 20 * (0, 1, 5, 10):
+        matrix = random.normal(size=(30, 30)) * (random.random((30, 30)) < 0.2)
+        matrix = matrix + matrix.T + np.diag(random.normal(size=30))
+        matrix[np.arange(zeros), np.arange(zeros)] = 0.0
+        count = negative_pivots(csc_matrix(matrix))
+        if count is not None:
+            assert count == np.sum(np.linalg.eigvalsh(matrix) < 0.0)
+            told += 1
+    assert told >= 20
+    assert negative_pivots(csc_matrix([[0.0, 1.0], [1.0, 0.0]])) is None
+    assert negative_pivots(csc_matrix(np.diag([1.0, 0.0]))) is None
+    assert negative_pivots(symmetric([-3.0, -1.0, 1e-3, 2.0])) == 2

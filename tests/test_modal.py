@@ -272,6 +272,19 @@ def test_contact_is_part_of_the_stiffness():
     assert y @ (tangent @ y) / (y @ (modes.mass @ y)) == pytest.approx(2 * stiffness / areal, rel=1e-2)
 
 
+def test_modes_about_sheets_in_contact():
+    """A taut sheet pressed on a held one rides on the contact: omega^2 = eps / m, m per area, is its lowest mode."""
+    pressed = wo.load_scene("scenes/verification/pressed_stack.toml")
+    tables = pressed.model_dump(exclude_none=True, exclude={"verification"})
+    result = wo.simulate(wo.Scene(**tables | {"analysis": {"kind": "modal", "count": 2}}), device="cpu")
+    areal = pressed.material.density * pressed.material.thickness
+    first, second = result.summary["frequencies"]
+    assert result.history["contacts_sts"][-1] > 0
+    assert "message" not in result.summary
+    assert first == pytest.approx(np.sqrt(pressed.contact.sts_stiffness / areal) / (2 * np.pi), rel=1e-2)
+    assert second > 2.0 * first
+
+
 # Results -------------------------------------------------------------------------------------------------------------
 
 
@@ -304,3 +317,9 @@ def test_animation_takes_each_mode_through_one_period(tmp_path):
         assert np.abs(up).max() == pytest.approx(modal.AMPLITUDE * system.mesh.size, rel=0.1)
         cosine = np.sum(up * shape) / np.linalg.norm(up) / np.linalg.norm(shape)
         assert abs(cosine) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_run_that_ends_before_all_loads_act_says_that_it_has_no_modes():
+    summary = wo.simulate(sheet(2, TAUT, n=2, **RIM), device="cpu", until=0.5).summary
+    assert summary["message"] == "no modes before load factor 1"
+    assert "frequencies" not in summary

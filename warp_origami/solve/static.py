@@ -14,12 +14,13 @@ from warp_origami.system import System
 from .energy import EnergyBalance, Forces
 from .equilibrium import FIRST_MULTIPLE, PATIENCE, Equilibrium, EquilibriumSolver, Start
 from .modal import Modes, ModeShapes
-from .passage import Passage
 from .packing import pack, pack_contact, restore_contact, unpack
+from .passage import Passage
 from .recording import Recorder
 from .records import Observer
 from .result import Failure
 from .sampling import Surface
+from .stability import remarks
 from .summary import Counters, summarize
 
 SMALLEST_SHARE = 1e-2
@@ -215,20 +216,17 @@ class StaticRun:
         return pack(vars(state)) | pack_contact(self.system.contact)
 
     def _finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
-        frequencies = {}
-        if self.modes is not None and status == "done" and self.until == self.system.scene.analysis.end:
-            found = self.modes.find(state.q, self.system.external.at(state.factor))
-            if isinstance(found, Failure):
-                status, failure = "failed", found
-            else:
-                frequencies = {"frequencies": found.frequencies.tolist()}
-                frequencies |= {"message": found.remark} if found.remark else {}
-                self._draw(found, state.q)
+        results = {}
+        if status == "done":
+            results = self._modes(state) if self.modes is not None else self._remarks(state)
+            if isinstance(results, Failure):
+                status, failure, results = "failed", results, {}
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()
             form = self.solver.constraint_form
-            summary = summarize(self.system, form, state.balance, state.counters, status) | frequencies
+            balance = replace(state.balance, largest=max(state.balance.largest, self.solver.no_energy))
+            summary = summarize(self.system, form, balance, state.counters, status) | results
             if failure is not None:
                 summary |= {
                     "message": f"stopped at load factor {state.factor:.6g}: {failure.reason}",
@@ -236,6 +234,21 @@ class StaticRun:
                 }
         self.observer.finish(summary)
         return summary
+
+    def _modes(self, state: StaticState) -> dict | Failure:
+        """What modes add to the summary."""
+        if self.until < self.system.scene.analysis.end:
+            return {"message": f"no modes before load factor {self.system.scene.analysis.end:g}"}
+        found = self.modes.find(state.q, self.system.external.at(state.factor))
+        if isinstance(found, Failure):
+            return found
+        self._draw(found, state.q)
+        return {"frequencies": found.frequencies.tolist()} | ({"message": found.remark} if found.remark else {})
+
+    def _remarks(self, state: StaticState) -> dict:
+        """What the user should know of the equilibrium."""
+        found = remarks(self.system, state.q, self.system.external.at(state.factor))
+        return {"message": "; ".join(found)} if found else {}
 
     def _draw(self, modes: ModeShapes, q: np.ndarray) -> None:
         with self.clock.phase("output"):
