@@ -11,9 +11,9 @@ from warp_origami.system import System
 
 from .result import Failure
 
-STRIDE = 0.3
+STRIDE = 0.2
 """Displacement in a step over the reach. Two points approach by twice that, and a point that went more than the
-thickness through a layer stays in sight for at least 2/3 of the reach."""
+thickness through a layer stays in sight for at least 2/3 of the reach; the rest is for slopes, which add up."""
 
 
 class Passage:
