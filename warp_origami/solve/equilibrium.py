@@ -12,10 +12,11 @@ that of the sheet alone: where the iteration ends does not depend on G. Steps ha
 `newton`.
 
 Where that is slow, ladders of `continuation` lead down from easier problems. Measured (iterations of the first load
-step): clamped square 6-9 from 1 Pa to 1e5 Pa; square airbag, 8 x 8 cells, 22 at 5 kPa, 48 at 100 Pa, 205 at 1 Pa, where
-it is all but inextensible; circular pillow 17; a sheet that falls from horizontal into hanging 60; a sheet bent in its
-plane, s = 1e-6, 43, and 3 to 15 in later load steps, which begin at the extrapolated state. In hundreds of iterations
-or not at all: a force on a single corner of a slack sheet, and stress-free mechanisms whose slack faces flutter.
+step): clamped square 6-9 from 1 Pa to 1e5 Pa, 13 at 1e-8 Pa; square airbag, 8 x 8 cells, 22 at 5 kPa, 48 at 100 Pa, 205
+at 1 Pa, where it is all but inextensible; circular pillow 17; a sheet that falls from horizontal into hanging 60; a
+sheet bent in its plane, s = 1e-6, 43, and 3 to 15 in later load steps, which begin at the extrapolated state. In
+hundreds of iterations or not at all: a force on a single corner of a slack sheet, and stress-free mechanisms whose
+slack faces flutter.
 """
 
 from dataclasses import dataclass, replace
