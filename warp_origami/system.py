@@ -153,6 +153,10 @@ class System:
         with self.clock.phase("assembly"):
             return external(q)
 
+    def displacement(self, step: np.ndarray) -> float:
+        """Largest displacement that a row of a change of q, (n, 3) or (3n,), causes, m."""
+        return float(np.max(self.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
+
     def kinetic_energy(self, v: np.ndarray) -> float:
         """J."""
         return 0.5 * float(np.sum(v * (self.mass @ v)))

@@ -225,13 +225,13 @@ class EquilibriumSolver:
                 least_decrease = self.no_change
             own = 1.0 - multiple * float(step @ self._metric_times(step)) / max(decrease, np.finfo(float).tiny)
             if own >= OWN_SHARE or multiple == 0.0:
-                if self._size(step) < self.tolerance or decrease < least_decrease:
+                if self.system.displacement(step) < self.tolerance or decrease < least_decrease:
                     return Equilibrium((q + step).reshape(-1, 3), iteration, multiple, held)
             if not patient and iteration > PATIENCE and decrease > 10.0 ** (-iteration / 4) * energy:
                 break
             length = line_search(potential, q, step, slope)
             q = q + length * step
-            if self._size(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
+            if self.system.displacement(q - start.q.ravel()) > FARTHEST * self.system.mesh.size:
                 return self._failed(q, iteration, multiple, held, "the sheet flies off")
             if length >= GOOD_LENGTH:
                 multiple = 0.1 * multiple if multiple > 10.0 * SMALLEST_MULTIPLE else 0.0
@@ -250,10 +250,6 @@ class EquilibriumSolver:
 
     def _metric_times(self, step: np.ndarray) -> np.ndarray:
         return (self.metric @ step.reshape(-1, 3)).ravel()
-
-    def _size(self, step: np.ndarray) -> float:
-        """Largest displacement that a row of q causes, m."""
-        return float(np.max(self.system.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
 
     def _failed(self, q: np.ndarray, iterations: int, multiple: float, missing: np.ndarray, reason: str) -> Equilibrium:
         advice = "more analysis.load_steps, larger material.s1 and s2, or supports that hold what is free to move"

@@ -72,7 +72,7 @@ class ModeShapes:
         half = np.concatenate([quarter, quarter[-2:0:-1]])
         period = np.concatenate([half, -half])
         for k, shape in enumerate(self.shapes):
-            largest = np.max(system.row_lengths * np.linalg.norm(shape, axis=1))
+            largest = system.displacement(shape)
             scaled = AMPLITUDE * system.mesh.size / largest * shape
             for frame, part in enumerate(period):
                 yield k + frame / FRAMES, q + part * scaled

@@ -49,4 +49,4 @@ class Passage:
         at = moved[positions[positions >= 0]]
         relative = moved.copy()
         relative[positions[positions >= 0]] -= 0.5 * (at.min(axis=0) + at.max(axis=0))
-        return float(np.max(self.system.row_lengths * np.linalg.norm(relative, axis=1)))
+        return self.system.displacement(relative)

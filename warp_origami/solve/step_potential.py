@@ -57,7 +57,7 @@ class StepPotential:
 
     def size(self, step: np.ndarray) -> float:
         """Largest displacement that a row of q causes, m."""
-        return float(np.max(self.system.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
+        return self.system.displacement(step)
 
     def filtered(self, error: np.ndarray) -> np.ndarray:
         """J^-1 b M error: the local error without what the stiffness of the sheet would take back at once.
