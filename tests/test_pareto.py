@@ -219,4 +219,13 @@ def test_front_of_given_points():
     nan = float("nan")
     points = [(1.0, 1.0), (2.0, 0.5), (3.0, 0.6), (2.5, 0.48), (4.0, 0.1), (0.5, nan), (nan, 0.01), (2.0, 0.7)]
     assert pareto_front(points) == [True, True, False, False, True, False, False, False]
+    assert pareto_front([(nan, nan), (5.0, 0.1), (nan, nan), (1.0, 1.0), (3.0, 0.5), (nan, nan), (4.0, 0.7)]) == [
+        False,
+        True,
+        False,
+        True,
+        True,
+        False,
+        False,
+    ]
     assert pareto_front([]) == []

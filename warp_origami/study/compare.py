@@ -114,9 +114,9 @@ def pareto_front(points: Sequence[tuple[float, float]]) -> list[bool]:
     """Which points (cost, error) are worth their cost: from the cheapest on, what costs more must err less than
     GAIN times the best so far. Points with NaN never are."""
     best, chosen = np.inf, set()
-    for k in sorted(range(len(points)), key=lambda k: points[k]):
-        cost, error = points[k]
-        if np.isfinite(cost) and error < (GAIN * best if np.isfinite(best) else np.inf):
-            best = error
+    finite = [k for k, point in enumerate(points) if np.isfinite(point).all()]
+    for k in sorted(finite, key=lambda k: points[k]):
+        if points[k][1] < GAIN * best:
+            best = points[k][1]
             chosen.add(k)
     return [k in chosen for k in range(len(points))]

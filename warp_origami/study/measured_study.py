@@ -26,6 +26,12 @@ COST_EXPONENT = 1.65
 MESH_SHARE = 0.2
 """Of the budget, that a run on a finer mesh may take."""
 
+PATIENCE = 4.0
+"""Over the expected seconds of a run: how long it may take."""
+
+SHORT = 10.0
+"""Seconds that a run may be expected to take at the least."""
+
 WARM_UP = "warm-up: "
 
 
@@ -105,15 +111,14 @@ class MeasuredStudy:
         least: float,
         limit: Callable[[Setting], float] = lambda _: np.inf,
     ) -> None:
-        """Makes the runs of settings that are not there yet.
+        """Makes runs; what a setting gave before is replaced.
 
         Args:
-            settings: in their order.
+            settings: in their order, each once.
             until: end of the run of a setting, decided when it begins and the given settings follow.
             least: a run that got this far, made earlier, will do.
             limit: s of wall time for a setting.
         """
-        settings = [setting for setting in settings if setting not in self.runs]
         by_label = {setting.label: setting for setting in settings}
         for job, gave, kept in self.pool.run(self._jobs(settings, until, least, limit)):
             self.runs[by_label[job.label]] = gave
@@ -144,6 +149,10 @@ class MeasuredStudy:
         """Expected seconds over those of the scene's own settings."""
         ratio = self.elements(setting) / len(self.mesh.triangles)
         return ratio**COST_EXPONENT * max(1.0, setting.fineness)
+
+    def patience(self, setting: Setting, own: float) -> float:
+        """Seconds after which a setting is given up, as no choice, where the scene's own settings take `own`."""
+        return PATIENCE * self.weight(setting) * max(own, SHORT)
 
     def elements(self, setting: Setting) -> int:
         """Of its mesh."""

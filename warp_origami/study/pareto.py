@@ -10,7 +10,7 @@ Wall time and memory are recorded at every frame: all runs are measured over the
 What has known values, and what is not a motion (static, modal), is compared at its end.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -52,18 +52,19 @@ class MotionStudy(MeasuredStudy):
         ladder = stepping_ladder(self.scene)
         budget = self.request.budget
         shares = {OWN: OWN_SHARE}
-        first = [OWN, *reversed(ladder[-2:])]
+        first = [*reversed(ladder[-2:]), OWN]
         self.measure(first, self._whole, self.end, lambda one: shares.get(one, PAIR_SHARE) * budget)
         self.reference, self.own_window = self._agreeing([OWN, *ladder])
         self.window, until = self.own_window, self._time(self.reference, self.own_window)
         others = self.other_meshes()
         used = self._finer_meshes([mesh for mesh in others if self.weight(mesh) > 1.0], until, MESH_SHARE * budget)
         coarser = [mesh for mesh in others if self.weight(mesh) < 1.0]
-        rest = [*reversed(ladder), *coarser, *other_settings(self.scene), AGAIN]
+        rest = [*reversed(ladder[:-2]), *coarser, *other_settings(self.scene), AGAIN]
         least = self._time(self.reference, self.window)
-        self.measure(rest, lambda *those: self._end(until, *those), until)
-        self.measure([one for mesh in used for one in on_meshes(self.scene, mesh)], lambda *_: least, least)
-        self._complete([OWN, *ladder, *other_settings(self.scene)])
+        self.measure(rest, lambda *those: self._end(until, *those), until, self._patience)
+        combined = [one for mesh in used for one in on_meshes(self.scene, mesh) if one not in self.runs]
+        self.measure(combined, lambda *_: least, least, self._patience)
+        self._complete([*reversed(ladder), *other_settings(self.scene)])
 
     def findings(self) -> Findings:
         """Costs and errors of the runs so far."""
@@ -123,6 +124,9 @@ class MotionStudy(MeasuredStudy):
         needed = sum(self.weight(one) for one in following) * self._seconds(self.own_window)
         return self.end if self._whole_cost(setting) + needed < self.remaining * self.request.jobs else until
 
+    def _patience(self, setting: Setting) -> float:
+        return self.patience(setting, self._seconds(self.own_window))
+
     def _whole_cost(self, setting: Setting) -> float:
         """Seconds to be left for a run through the whole scene."""
         own = self.runs[OWN]
@@ -130,12 +134,13 @@ class MotionStudy(MeasuredStudy):
 
     def _complete(self, settings: Sequence[Setting]) -> None:
         """Runs through the whole scene what has only been run through the window, as far as time is left."""
+        left, chosen = self.remaining * self.request.jobs, []
         for setting in settings:
-            run = self.runs[setting]
-            short = run.status == "done" and run.times[-1] < self.end * (1.0 - 1e-6)
-            if short and self._whole_cost(setting) < self.remaining:
-                del self.runs[setting]
-                self.measure([setting], self._whole, self.end)
+            run, cost = self.runs[setting], self._whole_cost(setting)
+            if cost < left and run.status == "done" and run.times[-1] < self.end * (1.0 - 1e-6):
+                left -= cost
+                chosen.append(setting)
+        self.measure(chosen, self._whole, self.end)
 
 
 class EndStudy(MeasuredStudy):
@@ -155,14 +160,17 @@ class EndStudy(MeasuredStudy):
         rest = [*rest, *other_settings(self.scene), AGAIN]
         for mesh in used:
             rest += on_meshes(self.scene, mesh)
-        self._measure_all(rest)
+        self._measure_all(rest, self._patience)
 
     def findings(self) -> Findings:
         """Costs and errors of the runs so far."""
         return findings_at_end(self)
 
-    def _measure_all(self, settings: Sequence[Setting]) -> None:
-        self.measure(settings, lambda *_: self.end, self.end)
+    def _measure_all(self, settings: Sequence[Setting], limit: Callable[[Setting], float] = lambda _: np.inf) -> None:
+        self.measure(settings, lambda *_: self.end, self.end, limit)
+
+    def _patience(self, setting: Setting) -> float:
+        return self.patience(setting, self._seconds())
 
     def _seconds(self) -> float:
         return self.runs[OWN].summary.get("wall_seconds", 0.0)

@@ -58,7 +58,8 @@ def _panels(findings: Findings) -> list[Panel]:
 def draw(findings: Findings, path: Path) -> None:
     """Writes the plot as PNG."""
     panels = _panels(findings)
-    kinds = list(dict.fromkeys(row.setting.varied for row in findings.rows))
+    drawn = [row.setting.varied for panel in panels for row in _drawn(findings.rows, panel)]
+    kinds = sorted(set(drawn), key=lambda kind: (" and " in kind, kind))
     figure, axes = plt.subplots(1, len(panels), figsize=(7.0 * len(panels), 7.0), layout="constrained", squeeze=False)
     for one, panel in zip(axes[0], panels, strict=True):
         _show(one, findings.rows, kinds, panel)

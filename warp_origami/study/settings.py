@@ -11,7 +11,7 @@ STEPS = (8.0, 4.0, 2.0, 0.5, 0.25, 0.125)
 """The same for a scene with a fixed step."""
 
 RADII = (0.0, 0.15, 0.3, 0.5, 0.7, 0.9)
-COMBINED_RADII = (0.0, 0.6, 0.8)
+COMBINED_RADII = (0.0, 0.6)
 DEGREES = (2, 4, 5, 6, 8)
 METHODS = ("mixed", "sts", "nts")
 FORMS = ("eliminate", "multipliers")
