@@ -13,6 +13,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from warp_origami.errors import InputError
 
+Kind = Literal["definite", "positive", "indefinite", "general"]
+
 DENSE_DEFINITE, DENSE_INDEFINITE = 500, 200
 """Unknowns up to which dense LAPACK is as fast as SuperLU. Measured, ms on one thread, dense / sparse: definite 0.3 /
 0.9 at 285, 1.4 / 1.5 at 495, 3.1 / 2.3 at 672, 10 / 3.6 at 1020; indefinite 0.4 / 0.5 at 187, 4.6 / 2.1 at 597."""
@@ -91,8 +93,8 @@ class _GeneralFactor:
 
 
 class SparseDefinite:
-    """SuperLU in symmetric mode without pivoting, whose pivots are then those of an LDL^T: a negative one shows that
-    the matrix is not positive definite."""
+    """SuperLU in symmetric mode without pivoting: matrices whose symmetric part is positive definite, be they symmetric
+    or not. Their pivots are positive (of symmetric ones those of an LDL^T), so that a negative one tells of others."""
 
     name = "sparse LU (SuperLU, symmetric mode)"
 
@@ -136,19 +138,22 @@ def negative_pivots(matrix: csc_matrix) -> int | None:
     return int(np.sum(factor.U.diagonal() < 0.0))
 
 
-def choose_solver(name: str, size: int, kind: Literal["definite", "indefinite", "general"]) -> LinearSolver:
+def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
     """The solver that a scene names (`linear_solver`), or what suits `size` unknowns for "auto".
 
     Args:
-        kind: of matrices: symmetric positive definite, symmetric, or any.
+        kind: of matrices: symmetric and positive definite; with a symmetric part that is positive definite; symmetric;
+            any.
 
     Raises:
         InputError: no such solver in this installation.
     """
     if name not in ("auto", "scipy"):
         raise InputError("integrator.linear_solver", repr(name), 'one of "auto", "scipy"')
-    if kind == "definite":
-        return DenseCholesky() if size <= DENSE_DEFINITE else SparseDefinite()
+    if kind == "definite" and size <= DENSE_DEFINITE:
+        return DenseCholesky()
+    if kind in ("definite", "positive"):
+        return SparseDefinite()
     if size > DENSE_INDEFINITE:
         return SparseLU()
     return DenseIndefinite() if kind == "indefinite" else DenseLU()

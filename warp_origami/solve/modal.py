@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 from warp_origami.system import System
 from warp_origami.terms.external import ExternalForce
@@ -46,6 +46,10 @@ SKEW = (
     "the follower pressure acts on a free edge, where it has no potential: the skew part of its tangent, by which such "
     "a sheet can gain or lose energy as it vibrates, is left out of the frequencies"
 )
+
+COUPLED = 1e-3
+"""Skew stiffness between two modes over the root of the product of their eigenvalues, from which on it matters: it
+changes these by the square."""
 
 UNSTABLE = "the equilibrium is unstable: negative frequencies stand for motion that grows"
 
@@ -94,12 +98,11 @@ class Modes:
     def find(self, q: np.ndarray, external: ExternalForce) -> ModeShapes | Failure:
         """The lowest modes about the equilibrium q (n, 3); fewer than asked for where there are fewer unknowns.
 
-        The skew part of the tangent of follower pressure on a free edge is left out, with a remark.
+        The skew part of the tangent of follower pressure on a free edge is left out, with a remark where it matters.
         """
         clock = self.system.clock
         linearization = self.system.linearize(q, external)
         with clock.phase("assembly"):
-            _, symmetric = self.tangent.matrix(linearization, 0.0, 0.0)
             stiffness, _ = self.tangent.matrix(replace(linearization, skew=None), 0.0, 0.0)
         size = stiffness.shape[0]
         count = min(self.count, size)
@@ -117,7 +120,8 @@ class Modes:
         values = np.where(np.abs(values) <= resolution, 0.0, values)
         shapes = (self.null_space @ vectors).T.reshape(count, -1, 3)
         frequencies = np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi)
-        remarks = ([] if symmetric else [SKEW]) + ([UNSTABLE] if np.any(values < 0.0) else [])
+        coupled = _coupling(linearization.skew, shapes.reshape(count, -1), values) > COUPLED
+        remarks = ([SKEW] if coupled else []) + ([UNSTABLE] if np.any(values < 0.0) else [])
         return ModeShapes(frequencies, shapes, "; ".join(remarks) or None)
 
     def _lanczos(self, stiffness: csc_matrix, count: int, resolution: float) -> tuple[np.ndarray, np.ndarray] | Failure:
@@ -135,3 +139,12 @@ class Modes:
             if factor is not None:
                 return factor
         return None
+
+
+def _coupling(skew: csr_matrix | None, shapes: np.ndarray, values: np.ndarray) -> float:
+    """Largest skew stiffness between two of the modes (k, 3n), relative to their eigenvalues."""
+    if skew is None:
+        return 0.0
+    stiffness = np.abs(shapes @ (skew @ shapes.T))
+    scale = np.sqrt(np.abs(np.outer(values, values)))
+    return float(np.max(stiffness / np.where(scale > 0.0, scale, np.inf), initial=0.0))
