@@ -64,7 +64,7 @@ class MotionStudy(MeasuredStudy):
         self.measure(rest, lambda *those: self._end(until, *those), until, self._patience)
         combined = [one for mesh in used for one in on_meshes(self.scene, mesh) if one not in self.runs]
         self.measure(combined, lambda *_: least, least, self._patience)
-        self._complete([*reversed(ladder), *other_settings(self.scene)])
+        self._complete([*other_settings(self.scene), *reversed(ladder)])
 
     def findings(self) -> Findings:
         """Costs and errors of the runs so far."""

@@ -136,7 +136,7 @@ def lines(findings: Findings) -> list[str]:
 def _error(error: float, shown: float) -> str:
     if not math.isfinite(shown):
         return "-"
-    return f"{shown:.1e}" if shown == error else f"<{shown:.0e}"
+    return f"{shown:.1e}" if shown == error else f"<{shown:.1e}"
 
 
 def _cell(value: float, form: str) -> str:
