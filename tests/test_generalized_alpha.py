@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from warp_origami.solve.generalized_alpha import GeneralizedAlpha
-from warp_origami.study.pendulum import WEIGHT, swing
+from warp_origami.study.verification.pendulum import WEIGHT, swing
 
 
 def orders(errors):

@@ -11,11 +11,11 @@ import warp_origami as wo
 from runs import GRAVITY, film
 from warp_origami.cli import main
 from warp_origami.model.generators import build_pattern
-from warp_origami.study import settings
-from warp_origami.study.compare import agreement, differences, motion_error, pareto_front, values_error
-from warp_origami.study.measured_study import coinciding
-from warp_origami.study.measurement import Measurement
-from warp_origami.study.side_by_side import Job, SideBySide
+from warp_origami.study.measured.measurement import Measurement
+from warp_origami.study.measured.side_by_side import Job, SideBySide
+from warp_origami.study.pareto import settings
+from warp_origami.study.pareto.errors import agreement, differences, motion_error, pareto_front, values_error
+from warp_origami.study.pareto.measured_study import coinciding
 
 SAGGING = {
     "pattern": {"nx": 2, "ny": 2},

@@ -23,9 +23,9 @@ from warp_origami.errors import InputError
 from warp_origami.model.generators.disc import disc
 from warp_origami.model.submesh import build_submesh
 from warp_origami.scene.expression import parse
-from warp_origami.study.convergence import Claim, Convergence, Level
 from warp_origami.study.results import read_value, volume
-from warp_origami.study.verify import case_names, find_cases
+from warp_origami.study.verification.cases import case_names, find_cases
+from warp_origami.study.verification.convergence import Claim, Convergence, Level
 
 FILM = {"density": 1420.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.34, "thickness": 5e-4}
 HELD_FLAT = {"at": {"all": True}, "fix": "z"}

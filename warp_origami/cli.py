@@ -164,8 +164,8 @@ def verify(name: str | None, quick: bool, out: Path | None, device: str | None) 
     if out is not None:
         _check_folder(out)
     _quiet_warp()
-    from .study.verification_table import HEADING, case_lines
-    from .study.verify import find_cases
+    from .study.verification.cases import find_cases
+    from .study.verification.table import HEADING, case_lines
 
     cases, found = find_cases(name, device), []
     click.echo(HEADING)
@@ -183,7 +183,7 @@ def verify(name: str | None, quick: bool, out: Path | None, device: str | None) 
 
 def _write_verification(folder: Path, found: list) -> None:
     """Writes tables of all results so far, and the plot of the last case if its errors have orders."""
-    from .study.verification_files import draw, write_results
+    from .study.verification.files import draw, write_results
 
     folder.mkdir(parents=True, exist_ok=True)
     write_results(folder, found)
@@ -218,8 +218,8 @@ def pareto(
 
     folder = Path("pareto") / load_scene(scene, overrides).name if out is None else out
     _check_folder(folder)
-    from .study.measured_study import Request
-    from .study.pareto import study
+    from .study.pareto.measured_study import Request
+    from .study.pareto.plans import study
 
     def told(line: str) -> None:
         click.echo(line, err=True)
@@ -233,8 +233,8 @@ def pareto(
 
 
 def _write_pareto(folder: Path, findings) -> None:
-    from .study.pareto_plot import draw
-    from .study.pareto_table import lines, write_table
+    from .study.pareto.plot import draw
+    from .study.pareto.table import lines, write_table
 
     write_table(folder / "pareto.csv", findings)
     draw(findings, folder / "pareto.png")

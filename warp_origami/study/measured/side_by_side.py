@@ -126,7 +126,7 @@ class SideBySide:
         with (folder / LOG).open("w", encoding="utf-8") as log:
             # in a session of its own: Ctrl-C reaches this program alone, which then ends what it started
             process = subprocess.Popen(
-                [sys.executable, "-m", "warp_origami.study.measured_run", *arguments],
+                [sys.executable, "-m", "warp_origami.study.measured.worker", *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

@@ -10,9 +10,9 @@ from warp_origami.errors import InputError, NumericalFailure
 from warp_origami.scene import Scene, load_scene
 from warp_origami.scenes import bundled_scenes
 
+from ..results import check_values, read_value, without_value
 from .convergence import Claim, Convergence, Level
 from .pendulum import swing
-from .results import check_values, read_value, without_value
 
 FOLDER = "verification/"
 PENDULUM = FOLDER + "pendulum"

@@ -9,7 +9,7 @@ from statistics import median
 from warp_origami.output.files import write_text
 from warp_origami.scene import Scene
 
-from .compare import Statistics
+from .errors import Statistics
 from .findings import TARGETS, Findings, Row
 
 STATISTICS = tuple(Statistics.__dataclass_fields__)

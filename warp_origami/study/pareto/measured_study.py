@@ -13,9 +13,9 @@ from warp_origami.model.generators import build_pattern
 from warp_origami.model.mesh import Mesh
 from warp_origami.scene import Scene, load_scene
 
-from .measurement import Measurement
+from ..measured.measurement import Measurement
+from ..measured.side_by_side import Job, SideBySide
 from .settings import OWN, Setting, contact_methods, meshes
-from .side_by_side import Job, SideBySide
 
 FRAMES = 400
 """At which a motion is recorded, over the whole run."""

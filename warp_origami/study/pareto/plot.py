@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from warp_origami.output.files import replacing
 
 from .findings import RESOLVED, Findings, Row
-from .pareto_table import headline
+from .table import headline
 
 matplotlib.use("agg")
 import matplotlib.pyplot as plt

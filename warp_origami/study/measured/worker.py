@@ -1,6 +1,6 @@
 """One run of a scene in a process of its own, measured: wall seconds and memory at every frame.
 
-    python -m warp_origami.study.measured_run FOLDER UNTIL LIMIT CONDITIONS
+    python -m warp_origami.study.measured.worker FOLDER UNTIL LIMIT CONDITIONS
 
 runs FOLDER/scene.toml up to UNTIL (s, or load factor), keeps the vertices whose numbers are in vertices.npy (-1: none),
 and leaves arrays.npz and, last, measurement.json with CONDITIONS (JSON) in it: see Measurement. After LIMIT seconds it
@@ -28,8 +28,8 @@ from warp_origami.solve.records import HISTORY_COLUMNS, Frame, StepRecord
 from warp_origami.solve.simulate import simulate
 from warp_origami.solve.summary import peak_memory
 
+from ..results import read_value
 from .measurement import ARRAYS, SCENE, TOLD, VERTICES
-from .results import read_value
 
 
 class Meter(Memory):

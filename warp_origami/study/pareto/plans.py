@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .compare import agreement, length_scale
+from .errors import agreement, length_scale
 from .findings import Findings, findings_at_end, findings_of_motion
 from .measured_study import MESH_SHARE, MeasuredStudy, Request
 from .settings import AGAIN, OWN, Setting, on_meshes, other_settings, stepping_ladder

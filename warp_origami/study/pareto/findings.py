@@ -7,9 +7,9 @@ import numpy as np
 
 from warp_origami.scene import Scene
 
-from .compare import Statistics, end_error, length_scale, motion_error, pareto_front, values_error
+from ..measured.measurement import Measurement
+from .errors import Statistics, end_error, length_scale, motion_error, pareto_front, values_error
 from .measured_study import MeasuredStudy
-from .measurement import Measurement
 from .settings import OWN, Setting
 
 NAN = float("nan")

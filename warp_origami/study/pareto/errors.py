@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .measurement import Measurement
+from ..measured.measurement import Measurement
 
 AGREEMENT = 1e-3
 """Over the length scale: two runs whose vertices differ by less, in the root mean square, agree."""

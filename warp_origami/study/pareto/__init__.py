@@ -1,0 +1,1 @@
+"""Speed against error of a scene over its settings."""

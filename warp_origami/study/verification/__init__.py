@@ -1,0 +1,1 @@
+"""The verification suite: scenes with exact values over their meshes."""
