@@ -197,12 +197,17 @@ def _write_verification(folder: Path, found: list) -> None:
 @click.option(
     "--budget",
     type=click.FloatRange(min=0.0, min_open=True),
-    default=1200.0,
+    default=1080.0,
     show_default=True,
     metavar="SECONDS",
     help="Wall time for everything, s.",
 )
-@click.option("--until", type=click.FloatRange(min=0.0, min_open=True), metavar="T", help="End every run at time T, s.")
+@click.option(
+    "--until",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="T",
+    help="End every run at time T, s (static: load factor).",
+)
 @set_option
 @click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Runs side by side [the number of cores].")
 def pareto(

@@ -1,9 +1,11 @@
 """What measurements of time belong to: the machine and the versions."""
 
+import hashlib
 import os
 import platform
 import sys
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 PACKAGES = {"numpy": "numpy", "scipy": "scipy", "warp": "warp-lang", "warp-origami": "warp-origami"}
@@ -18,7 +20,17 @@ def machine() -> dict[str, str | int]:
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         **versions,
+        "sources": _sources(),
     }
+
+
+def _sources() -> str:
+    """Digest of this program's sources: a version that is being worked on changes between measurements."""
+    digest = hashlib.sha256()
+    for package in ("warp_origami", "warp_origami.kernels"):
+        for path in sorted(Path(find_spec(package).origin).parent.rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _processor() -> str:

@@ -256,7 +256,8 @@ def findings_at_end(study: MeasuredStudy) -> Findings:
         if setting == finest:
             return NAN
         if scene.analysis.kind == "modal":
-            return values_error(done[setting].summary["frequencies"], done[finest].summary["frequencies"])
+            frequencies = [done[one].summary.get("frequencies", ()) for one in (setting, finest)]
+            return values_error(*frequencies) if all(frequencies) else NAN
         return end_error(done[setting], done[finest], length_scale(done[finest], study.mesh.size))
 
     if scene.verification is not None:

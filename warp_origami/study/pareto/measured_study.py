@@ -69,12 +69,14 @@ class MeasuredStudy:
     """
 
     def __init__(self, request: Request):
-        """Raises InputError where there is no such scene."""
+        """Raises InputError where there is no such scene, or `until` leaves it without modes."""
         self.request = request
         self.deadline = time.monotonic() + request.budget
         self.scene = load_scene(request.name, request.overrides)
         self.end = self.scene.analysis.end
         if request.until is not None:
+            if self.scene.analysis.kind == "modal" and request.until < self.end:
+                raise InputError("--until", request.until, "nothing before load factor 1, where modes are found")
             self.end = min(self.end, request.until)
         self.mesh = _mesh(self.scene)
         self.runs: dict[Setting, Measurement] = {}
