@@ -88,7 +88,7 @@ class Eliminated:
         self.transposed = self.null_space.T.tocsr()
         self.tangent = ReducedTangent(system, self.null_space, metric)
         self.solver = choose_solver(linear_solver, self.null_space.shape[1], "definite")
-        self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "positive")
+        self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "general")
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)

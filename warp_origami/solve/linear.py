@@ -13,7 +13,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from warp_origami.errors import InputError
 
-Kind = Literal["definite", "positive", "indefinite", "general"]
+Kind = Literal["definite", "indefinite", "general"]
 
 DENSE_DEFINITE, DENSE_INDEFINITE = 500, 200
 """Unknowns up to which dense LAPACK is as fast as SuperLU. Measured, ms on one thread, dense / sparse: definite 0.3 /
@@ -93,8 +93,8 @@ class _GeneralFactor:
 
 
 class SparseDefinite:
-    """SuperLU in symmetric mode without pivoting: matrices whose symmetric part is positive definite, be they symmetric
-    or not. Their pivots are positive (of symmetric ones those of an LDL^T), so that a negative one tells of others."""
+    """SuperLU in symmetric mode without pivoting, whose pivots are then those of an LDL^T: a negative one shows that
+    the matrix is not positive definite."""
 
     name = "sparse LU (SuperLU, symmetric mode)"
 
@@ -142,18 +142,15 @@ def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
     """The solver that a scene names (`linear_solver`), or what suits `size` unknowns for "auto".
 
     Args:
-        kind: of matrices: symmetric and positive definite; with a symmetric part that is positive definite; symmetric;
-            any.
+        kind: of matrices: symmetric positive definite, symmetric, or any.
 
     Raises:
         InputError: no such solver in this installation.
     """
     if name not in ("auto", "scipy"):
         raise InputError("integrator.linear_solver", repr(name), 'one of "auto", "scipy"')
-    if kind == "definite" and size <= DENSE_DEFINITE:
-        return DenseCholesky()
-    if kind in ("definite", "positive"):
-        return SparseDefinite()
+    if kind == "definite":
+        return DenseCholesky() if size <= DENSE_DEFINITE else SparseDefinite()
     if size > DENSE_INDEFINITE:
         return SparseLU()
     return DenseIndefinite() if kind == "indefinite" else DenseLU()
