@@ -8,6 +8,7 @@ import warp_origami as wo
 from warp_origami.clock import PhaseClock
 from warp_origami.model.crossing import find_crossing
 from warp_origami.model.generators.leaf_in import leaf_in
+from warp_origami.model.refine import refine_pattern
 from warp_origami.system import System
 
 
@@ -31,6 +32,19 @@ def test_random_triangles_agree_with_the_oracle():
         assert (find_crossing(points, edges, triangles) is not None) == oracle
         answers.append(oracle)
     assert 5 < sum(answers) < 55
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_elements_of_one_plane_face_do_not_cross(n):
+    """Their corners lie in one plane up to round-off."""
+    answers = set()
+    for corner in (0.303, 0.312, 0.326):
+        coarse = leaf_in(inset=0.005, corner_distance=corner)
+        fine = refine_pattern(coarse, n)
+        crosses = [find_crossing(p.stowed, p.mesh.edges, p.mesh.triangles) is not None for p in (coarse, fine)]
+        assert crosses[0] == crosses[1]
+        answers.add(crosses[0])
+    assert answers == {True, False}
 
 
 def test_contact_refuses_a_start_that_crosses():

@@ -3,6 +3,9 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
+ROUND_OFF = 1e-12
+"""Volume over the cube of the distance of corners that counts as none: elements of one plane face do not cross."""
+
 
 def find_crossing(points: np.ndarray, edges: np.ndarray, triangles: np.ndarray) -> tuple[int, int] | None:
     """An edge and a triangle without a common vertex that cross, as their numbers; None if there are none.
@@ -38,6 +41,8 @@ def _cross(a: np.ndarray, b: np.ndarray, corners: np.ndarray) -> np.ndarray:
         return np.einsum("ij,ij->i", np.cross(q - p, r - p), s - p)
 
     x, y, z = corners[:, 0], corners[:, 1], corners[:, 2]
-    through = volume(x, y, z, a) * volume(x, y, z, b) < 0.0
+    none = ROUND_OFF * np.linalg.norm(corners - a[:, None], axis=2).max(axis=1) ** 3
+    above, below = volume(x, y, z, a), volume(x, y, z, b)
+    through = (np.minimum(np.abs(above), np.abs(below)) > none) & (above * below < 0.0)
     turns = np.stack([volume(a, b, x, y), volume(a, b, y, z), volume(a, b, z, x)])
-    return through & ((turns > 0.0).all(axis=0) | (turns < 0.0).all(axis=0))
+    return through & ((turns > none).all(axis=0) | (turns < -none).all(axis=0))
