@@ -14,6 +14,7 @@ from warp_origami.cli import main
 from warp_origami.errors import NumericalFailure
 from warp_origami.output.memory import Memory
 from warp_origami.solve import equilibrium, static
+from warp_origami.solve.loop import loop
 from warp_origami.solve.simulate import simulate
 from warp_origami.terms.pressure import FollowerPressure
 from warp_origami.terms.pressure_rim import PressureRim
@@ -555,7 +556,7 @@ def test_an_interrupted_run_stops_between_load_steps_and_goes_on():
     run = static.StaticRun(system, states, 1.0)
     state = run.start()
     stop.set()
-    assert run.loop(state, stop)["status"] == "interrupted"
+    assert loop(run, state, stop)["status"] == "interrupted"
     rest = done(scene, resume=states.checkpoints[-1])
     assert rest.q[-1].tobytes() == done(scene).q[-1].tobytes()
 

@@ -30,6 +30,7 @@ from .terms.inertia import mass_matrix
 from .terms.loads import force_weights, normal_weights
 from .terms.membrane import Membrane
 from .terms.pressure import FollowerPressure
+from .terms.sparsity import ReducedSparsity
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,12 @@ class System:
     def full_mass(self) -> csr_matrix:
         """(3n, 3n) mass matrix on q.ravel()."""
         return kron(self.mass, identity(3), format="csr")
+
+    @cached_property
+    def reduced_sparsity(self) -> ReducedSparsity:
+        """Structure of T^T K T, which Newton, modes and the count of negative eigenvalues share."""
+        c = self.coordinates
+        return ReducedSparsity(c.elements, c.count, self.constraints.null_space, self.device)
 
     def evaluate(self, q: np.ndarray) -> Evaluation:
         """Energies and gradient at q (n, 3)."""

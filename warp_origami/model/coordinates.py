@@ -8,6 +8,7 @@ condition (48) between sectors is left to the constraints. Source: paper (6), (4
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from .connectivity import corner_fans
 from .mesh import SMOOTH, Mesh
@@ -34,6 +35,11 @@ class Coordinates:
     sector_gradients: np.ndarray
     element_sectors: np.ndarray
     elements: np.ndarray
+
+    def assemble(self, blocks: np.ndarray) -> csr_matrix:
+        """(count, count) sum of element matrices (ne, 9, 9) that act on x, y, z alike."""
+        rows, columns = np.repeat(self.elements, 9, axis=1), np.tile(self.elements, (1, 9))
+        return csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.count, self.count))
 
 
 def number_coordinates(mesh: Mesh) -> Coordinates:

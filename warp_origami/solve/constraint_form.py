@@ -51,8 +51,11 @@ class ReducedTangent:
 
     def __init__(self, system: System, null_space: csr_matrix, metric: csr_matrix):
         self.null_space = null_space
-        coordinates = system.coordinates
-        self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
+        if null_space is system.constraints.null_space:
+            self.sparsity = system.reduced_sparsity
+        else:
+            coordinates = system.coordinates
+            self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
         reduced = null_space.T @ kron(metric, identity(3), format="csr") @ null_space
         self.metric_values = self.sparsity.values_of(reduced.tocsc())
         self.damping_values = np.zeros_like(self.metric_values)

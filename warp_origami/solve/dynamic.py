@@ -1,6 +1,5 @@
 """The loop over time steps: it owns all state of a run, and everything else is told what it needs."""
 
-import threading
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -110,19 +109,11 @@ class DynamicRun:
         self.observer.start(self.system.scene, self.surface.submesh, state.kinematics.time)
         return state
 
-    def loop(self, state: RunState, interrupted: threading.Event) -> dict:
-        """Steps until the end, a failure or an interrupt; returns the summary."""
-        status, failure = "done", None
-        end = self.until * (1.0 - 1e-12)
-        while state.kinematics.time < end and status == "done":
-            if interrupted.is_set():
-                status = "interrupted"
-                continue
-            state, failure = self._advance(state)
-            status = "done" if failure is None else "failed"
-        return self._finish(state, status, failure)
+    def at_end(self, state: RunState) -> bool:
+        """Whether the end is reached."""
+        return state.kinematics.time >= self.until * (1.0 - 1e-12)
 
-    def _advance(self, state: RunState) -> tuple[RunState, Failure | None]:
+    def advance(self, state: RunState) -> tuple[RunState, Failure | None]:
         """The state after the next accepted step, which is retried with smaller ones as often as needed."""
         step, counters, creations = state.next_step, state.counters, []
         stop = next(t for t in self.stops if t > state.kinematics.time)
@@ -208,7 +199,8 @@ class DynamicRun:
     def _checkpoint(self, state: RunState) -> dict[str, np.ndarray]:
         return state.arrays() | pack_contact(self.system.contact)
 
-    def _finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
+    def finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
+        """Hands out what there is and returns the summary."""
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()

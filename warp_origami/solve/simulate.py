@@ -10,6 +10,7 @@ from warp_origami.system import System
 
 from .dynamic import DynamicRun
 from .interrupt import deferred_interrupt
+from .loop import loop
 from .modal import Modes
 from .records import Observer
 from .static import StaticRun
@@ -51,4 +52,4 @@ def simulate(
         else:
             run = StaticRun(system, observer, end, Modes(system) if scene.analysis.kind == "modal" else None)
         state = run.start() if resume is None else run.resume(resume)
-        return run.loop(state, interrupted)
+        return loop(run, state, interrupted)

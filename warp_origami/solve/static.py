@@ -4,7 +4,6 @@ The increment of the load factor is at most 1 / load_steps, is halved where no e
 through each other on the way to it, and doubled again after steps that succeed.
 """
 
-import threading
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -116,18 +115,11 @@ class StaticRun:
         self.observer.start(self.system.scene, self.surface.submesh, state.factor)
         return state
 
-    def loop(self, state: StaticState, interrupted: threading.Event) -> dict:
-        """Load steps until the end, a failure or an interrupt; returns the summary."""
-        status, failure = "done", None
-        while state.factor < self.until and status == "done":
-            if interrupted.is_set():
-                status = "interrupted"
-                continue
-            state, failure = self._advance(state)
-            status = "done" if failure is None else "failed"
-        return self._finish(state, status, failure)
+    def at_end(self, state: StaticState) -> bool:
+        """Whether the end is reached."""
+        return state.factor >= self.until
 
-    def _advance(self, state: StaticState) -> tuple[StaticState, Failure | None]:
+    def advance(self, state: StaticState) -> tuple[StaticState, Failure | None]:
         """The state after the next load step, which is retried with smaller ones as often as needed."""
         increment, counters = state.increment, state.counters
         while True:
@@ -215,7 +207,8 @@ class StaticRun:
     def _checkpoint(self, state: StaticState) -> dict[str, np.ndarray]:
         return pack(vars(state)) | pack_contact(self.system.contact)
 
-    def _finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
+    def finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
+        """Hands out what there is and returns the summary."""
         results = {}
         if status == "done":
             results = self._modes(state) if self.modes is not None else self._remarks(state)

@@ -37,7 +37,4 @@ def mass_matrix(mesh: Mesh, coordinates: Coordinates, density: float, thickness:
         outputs=[wp.array(blocks, device="cpu", copy=False)],
         device="cpu",
     )
-    rows = np.repeat(coordinates.elements, 9, axis=1)
-    columns = np.tile(coordinates.elements, (1, 9))
-    entries = (blocks.ravel(), (rows.ravel(), columns.ravel()))
-    return csr_matrix(entries, shape=(coordinates.count, coordinates.count))
+    return coordinates.assemble(blocks)

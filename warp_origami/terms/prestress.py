@@ -20,7 +20,4 @@ def prestress_stiffness(mesh: Mesh, coordinates: Coordinates) -> csr_matrix:
     table = tabulate(mesh, np.repeat(np.arange(count), len(areas)), np.tile(areas, (count, 1)))
     gradients = table.gradients.reshape(count, len(areas), 9, 2)
     blocks = np.einsum("e,p,epic,epjc->eij", mesh.areas, weights, gradients, gradients, optimize=True)
-    rows = np.repeat(coordinates.elements, 9, axis=1)
-    columns = np.tile(coordinates.elements, (1, 9))
-    entries = (blocks.ravel(), (rows.ravel(), columns.ravel()))
-    return csr_matrix(entries, shape=(coordinates.count, coordinates.count))
+    return coordinates.assemble(blocks)
