@@ -1,0 +1,256 @@
+"""Edge-to-edge contact: creases and free edges that cross each other between the slave points of the other elements.
+
+    U = sum 1/2 eps_e m g^2    over pairs of closest points inside two edges, g < 0;  m: see kernels/edge_edge.py
+
+Edges are the cubic curves of the sheet. Every local minimum of the distance of two edges counts, so a bent edge may
+cross another twice. Within the thickness of an end (flat length) and near parallel the force fades: there the nodes and
+integration points of the surfaces carry it.
+
+The effective thickness of a pair is min(h, c s, d_0) as for points: s is the distance of the edges in the flat sheet
+(infinite between separate sheets), d_0 in the start state. It belongs to the pair alone. Left out: edges that share a
+vertex. Edges at no distance in the flat sheet or in the start (lips of a cut, layers that coincide) have no thickness:
+they meet a force only once they have been apart and pass through each other.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from scipy.sparse import csr_matrix
+
+from warp_origami.kernels import edge_edge, edge_search
+from warp_origami.kernels.penalty import FREE
+from warp_origami.kernels.precision import real, vec2, vec3
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh
+
+from ..buffers import Buffer
+from .edge_curves import bernstein, build_curves, flat_distances
+from .edge_narrow import EdgeNarrow
+from .edge_search import EdgeSearch, NearEdges
+from .thickness import CREASE_RATIO, ROUND_OFF
+
+LONGEST_ZONE = 0.25
+"""Part of an edge at each end, at most, where the force fades."""
+
+USED_MARGIN = 0.9
+"""Part of the margin that edges may come closer by before the pairs are searched anew; the rest is for round-off."""
+
+
+@dataclass(frozen=True)
+class EdgeStatistics:
+    """Contacts of the last evaluated state: crossings with a force, and the deepest penetration (m) of those that carry
+    at least half of the full stiffness."""
+
+    contacts: int
+    max_penetration: float
+
+
+class EdgeContact:
+    """Contact energy of edges as a function of q (n, 3); equal q after equal accepted states gives equal bits.
+
+    Args:
+        mesh: flat sheet.
+        coordinates: numbering of q.
+        submesh: sub-mesh of contact; its divisions are the parts of an edge from which closest points are looked for.
+        thickness: h, m.
+        stiffness: eps_e, N/m.
+        initial_q: (n, 3) state of the start, free of contact force by construction.
+        device: of Warp.
+
+    Attributes:
+        kernel_modules: Warp modules compiled for it.
+        curves: the edges.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        coordinates: Coordinates,
+        submesh: Submesh,
+        thickness: float,
+        stiffness: float,
+        initial_q: np.ndarray,
+        device: str = "cpu",
+    ) -> None:
+        self._thickness, self._stiffness, self._device = float(thickness), float(stiffness), device
+        self.curves = build_curves(mesh, coordinates)
+        self.kernel_modules = (edge_search.find_part_pairs.module.name, edge_edge.edge_contacts.module.name)
+        for kernel in (edge_search.find_part_pairs, edge_edge.edge_contacts):
+            kernel.module.load(wp.get_device(device))
+        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
+        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
+        self._margin = max(4.0 * self._thickness, 0.08 * edge)
+        self._touching = 1e-9 * mesh.size
+        self._search = EdgeSearch(self.curves.vertices, submesh.divisions, device)
+        zones = np.minimum(self._thickness / self.curves.lengths, LONGEST_ZONE)
+        self._zones = wp.array(zones, dtype=real, device=device)
+        self._controls, self._accepted = (Buffer(len(zones) * 4, vec3, device) for _ in range(2))
+
+        self._start_keys, self._start_limits = np.zeros(0, dtype=np.int64), np.zeros(0)
+        self._built_at: np.ndarray | None = None
+        self._take(np.array(initial_q), *_nothing_known())
+        self._evaluate(initial_q)
+        self._limit_by_start(ROUND_OFF * mesh.size)
+        self.accept(initial_q)
+
+    def accept(self, q: np.ndarray) -> None:
+        """Takes q as an accepted state: from now on edges are kept on the side of each other where they are in q."""
+        self._evaluate(q)
+        self._take(np.array(q), *self._known_from_here())
+
+    def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
+        self._evaluate(q)
+        return self._forces(q)[:2] if len(self._active) else (0.0, np.zeros_like(q))
+
+    def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
+        """Energy, gradient, G (active, 3 n) and weights (active,): the main part is G^T diag(weights) G.
+
+        Row i of G is the gradient of gap i with respect to q.ravel(); weights are eps_e m, N/m. What is left out is
+        proportional to the gap: the turning of the normal and the change of m.
+        """
+        self._evaluate(q)
+        if not len(self._active):
+            return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
+        energy, gradient, gaps = self._forces(q)
+        scalar = gaps @ self.curves.controls
+        scalar.sort_indices()
+        count = np.diff(scalar.indptr)
+        normals = np.repeat(self._narrow.normals.read()[self._active], count, axis=0)
+        matrix = csr_matrix(
+            (
+                (scalar.data[:, None] * normals).ravel(),
+                (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
+                3 * scalar.indptr,
+            ),
+            shape=(len(count), q.size),
+        )
+        return energy, gradient, matrix, self._stiffness * self._narrow.weights.read()[self._active]
+
+    def statistics(self) -> EdgeStatistics:
+        """Contacts of the last evaluated state."""
+        if not len(self._active):
+            return EdgeStatistics(0, 0.0)
+        full = self._narrow.weights.read()[self._active] >= 0.5
+        deepest = -self._narrow.gaps.read()[self._active][full].min(initial=0.0)
+        return EdgeStatistics(len(self._active), float(deepest))
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
+        return {
+            "q": self._accepted_q,
+            "pairs": self._known_keys,
+            "parameters": self._known_parameters,
+            "sides": self._known_sides,
+        }
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Takes the accepted state from `state`."""
+        self._built_at = None
+        self._take(*(np.array(state[name]) for name in ("q", "pairs", "parameters", "sides")))
+        self._evaluate(self._accepted_q)
+
+    def _take(self, q: np.ndarray, keys: np.ndarray, parameters: np.ndarray, sides: np.ndarray) -> None:
+        """Sets the accepted state: q, and closest points with their sides, sorted by pair."""
+        self._accepted_q, self._known_keys, self._known_parameters, self._known_sides = q, keys, parameters, sides
+        self._accepted.write(self.curves.controls @ q)
+        self._known = edge_edge.Known()
+        self._known.controls = self._accepted.array
+        self._known.parameters = wp.array(parameters, dtype=vec2, device=self._device)
+        self._known.sides = wp.array(sides, dtype=wp.int32, device=self._device)
+        if self._built_at is not None:
+            self._narrow.know(keys)
+
+    def _known_from_here(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Closest points of the evaluated state within reach, by pair, with their sides.
+
+        The side is kept while edges are closer than the contact thickness, on either side. It is free near parallel,
+        where the direction between them turns quickly, and near ends, which an edge may go round.
+        """
+        state = self._narrow
+        at = state.places("weights", below=np.inf, above=0.0)
+        heights, sides = state.heights.read()[at], state.sides.read()[at]
+        weights, angles = state.weights.read()[at], state.angle_weights.read()[at]
+        kept = (sides != FREE) & (np.abs(heights) < self._thickness)
+        sign = np.where(np.abs(heights) <= self._touching, FREE, np.where(heights < 0.0, -1, 1))
+        result = np.where(kept, sides, np.where(weights < angles, FREE, sign))
+        result[angles < 1.0] = FREE
+        return state.keys[at], state.parameters.read()[at], result.astype(np.int32)
+
+    def _limit_by_start(self, below: float) -> None:
+        """Effective thickness of pairs closer than the thickness in the start, which has just been evaluated."""
+        keys, distances = self._narrow.least_distances()
+        close = distances < self._thickness
+        self._start_keys = keys[close]
+        self._start_limits = np.maximum((1.0 - 1e-9) * distances[close] - below, 0.0)
+        self._built_at = None
+
+    def _effective_thickness(self, near: NearEdges) -> np.ndarray:
+        """min(h, c s, d_0) of pairs, m."""
+        result = np.full(len(near.keys), self._thickness)
+        same = self.curves.sheets[near.first] == self.curves.sheets[near.second]
+        apart = flat_distances(self.curves, near.first[same], near.second[same])
+        result[same] = np.minimum(result[same], CREASE_RATIO * apart)
+        if len(self._start_keys):
+            place = np.minimum(np.searchsorted(self._start_keys, near.keys), len(self._start_keys) - 1)
+            limits = np.where(self._start_keys[place] == near.keys, self._start_limits[place], np.inf)
+            result = np.minimum(result, limits)
+        return result
+
+    def _evaluate(self, q: np.ndarray) -> None:
+        """Closest points and gaps at q."""
+        positions = self.curves.controls @ q
+        self._controls.write(positions)
+        moved = np.inf if self._built_at is None else float(np.linalg.norm(positions - self._built_at, axis=1).max(initial=0.0))
+        if self._search.speed * moved > USED_MARGIN * self._margin:
+            self._rebuild(positions)
+            moved = 0.0
+        self._narrow.launch(self._search.speed * moved, self._known)
+        self._active = self._narrow.places("gaps", below=0.0)
+
+    def _rebuild(self, positions: np.ndarray) -> None:
+        """Searches all pairs that can touch before USED_MARGIN of the margin is used up."""
+        self._built_at = positions
+        near = self._search.within(self._controls.array, self._reach + self._margin)
+        self._narrow = EdgeNarrow(
+            near,
+            self._effective_thickness(near),
+            self._controls.array,
+            self._zones,
+            self._search.divisions,
+            self._reach,
+        )
+        self._narrow.know(self._known_keys)
+
+    def _forces(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
+        """Energy, its gradient, and (active, control points) factors of the normal in the gradient of each gap."""
+        state, at = self._narrow, self._active
+        s, t = state.parameters.read()[at].T
+        first, second = bernstein(s), bernstein(t)
+        gaps, stiffness = state.gaps.read()[at], self._stiffness * state.weights.read()[at]
+        by_weight = (0.5 * self._stiffness * gaps**2)[:, None]
+        pull = (stiffness * gaps)[:, None] * state.normals.read()[at] + by_weight * state.pulls.read()[at]
+        factors = (
+            (first, -pull, state.slopes1.read()[at], state.bends1.read()[at]),
+            (second, pull, state.slopes2.read()[at], state.bends2.read()[at]),
+        )
+        on_controls = [
+            values[:, :, None] * force[:, None]
+            + by_weight[:, None] * (slopes[:, :, None] * slope[:, None] + bends[:, :, None] * bend[:, None])
+            for (values, slopes, bends), force, slope, bend in factors
+        ]
+        columns = 4 * np.stack([state.first[at], state.second[at]], axis=1)[:, :, None] + np.arange(4)
+        shape = (len(at), self.curves.controls.shape[0])
+        starts = np.arange(0, columns.size + 1, 8)
+        values = np.concatenate([-first[0], second[0]], axis=1)
+        scalar = csr_matrix((values.ravel(), columns.ravel(), starts), shape=shape)
+        forces = np.zeros((shape[1], 3))
+        np.add.at(forces, columns.ravel(), np.stack(on_controls, axis=1).reshape(-1, 3))
+        return float(0.5 * (stiffness @ gaps**2)), self.curves.controls.T @ forces, scalar
+
+
+def _nothing_known() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs, parameters and sides of no closest points."""
+    return np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0, dtype=np.int32)
