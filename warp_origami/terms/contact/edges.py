@@ -40,8 +40,8 @@ USED_MARGIN = 0.9
 
 @dataclass(frozen=True)
 class EdgeStatistics:
-    """Contacts of the last evaluated state: crossings with a force, and the deepest penetration (m) of those that carry
-    at least half of the full stiffness."""
+    """Crossings of the last evaluated state that carry at least half of the full stiffness, and their deepest
+    penetration, m."""
 
     contacts: int
     max_penetration: float
@@ -77,8 +77,9 @@ class EdgeContact:
         self._thickness, self._stiffness, self._device = float(thickness), float(stiffness), device
         self.curves = build_curves(mesh, coordinates)
         self.kernel_modules = (edge_search.find_part_pairs.module.name, edge_edge.edge_contacts.module.name)
-        for kernel in (edge_search.find_part_pairs, edge_edge.edge_contacts):
-            kernel.module.load(wp.get_device(device))
+        # compiled now rather than when edges first come near each other; Warp launches with blocks of 1 on the CPU
+        target = wp.get_device(device)
+        edge_edge.edge_contacts.module.load(target, block_dim=1 if target.is_cpu else None)
         edge = float(np.sqrt(2.0 * mesh.areas.mean()))
         self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
         self._margin = max(4.0 * self._thickness, 0.08 * edge)
@@ -103,7 +104,7 @@ class EdgeContact:
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
         self._evaluate(q)
-        return self._forces(q)[:2] if len(self._active) else (0.0, np.zeros_like(q))
+        return self._forces()[:2] if len(self._active) else (0.0, np.zeros_like(q))
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
         """Energy, gradient, G (active, 3 n) and weights (active,): the main part is G^T diag(weights) G.
@@ -114,7 +115,7 @@ class EdgeContact:
         self._evaluate(q)
         if not len(self._active):
             return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
-        energy, gradient, gaps = self._forces(q)
+        energy, gradient, gaps = self._forces()
         scalar = gaps @ self.curves.controls
         scalar.sort_indices()
         count = np.diff(scalar.indptr)
@@ -131,11 +132,9 @@ class EdgeContact:
 
     def statistics(self) -> EdgeStatistics:
         """Contacts of the last evaluated state."""
-        if not len(self._active):
-            return EdgeStatistics(0, 0.0)
-        full = self._narrow.weights.read()[self._active] >= 0.5
-        deepest = -self._narrow.gaps.read()[self._active][full].min(initial=0.0)
-        return EdgeStatistics(len(self._active), float(deepest))
+        gaps = self._narrow.gaps.read()[self._active]
+        gaps = gaps[self._narrow.weights.read()[self._active] >= 0.5]
+        return EdgeStatistics(len(gaps), float(-gaps.min(initial=0.0)))
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
@@ -203,12 +202,14 @@ class EdgeContact:
         """Closest points and gaps at q."""
         positions = self.curves.controls @ q
         self._controls.write(positions)
-        moved = np.inf if self._built_at is None else float(np.linalg.norm(positions - self._built_at, axis=1).max(initial=0.0))
-        if self._search.speed * moved > USED_MARGIN * self._margin:
+        if self._built_at is None or self._approach(positions) > USED_MARGIN * self._margin:
             self._rebuild(positions)
-            moved = 0.0
-        self._narrow.launch(self._search.speed * moved, self._known)
+        self._narrow.launch(self._approach(positions), self._known)
         self._active = self._narrow.places("gaps", below=0.0)
+
+    def _approach(self, positions: np.ndarray) -> float:
+        """How much closer, at most, parts of two edges have come since the pairs were found, m."""
+        return self._search.speed * float(np.linalg.norm(positions - self._built_at, axis=1).max(initial=0.0))
 
     def _rebuild(self, positions: np.ndarray) -> None:
         """Searches all pairs that can touch before USED_MARGIN of the margin is used up."""
@@ -224,7 +225,7 @@ class EdgeContact:
         )
         self._narrow.know(self._known_keys)
 
-    def _forces(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
+    def _forces(self) -> tuple[float, np.ndarray, csr_matrix]:
         """Energy, its gradient, and (active, control points) factors of the normal in the gradient of each gap."""
         state, at = self._narrow, self._active
         s, t = state.parameters.read()[at].T
