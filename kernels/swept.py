@@ -6,9 +6,14 @@
 because n . d_k is linear in time and the hull of all d_k holds every difference of points of A and B. Whatever n is, it
 is a proof; round-off in finding it cannot make it wrong. Of the directions tried at t, one is along the shortest
 connection, so that each advance is at least distance over relative speed, the one of additive continuous collision
-detection (M. Li, D. Kaufman, C. Jiang 2021, Codimensional incremental potential contact, section 6); that it looks at
-the speed along n only lets layers slide past each other closely in one advance (B. Mirtich 1996, conservative
-advancement). Where no direction advances, or after too many advances, the features count as touching.
+detection (M. Li, D. Kaufman, C. Jiang 2021, Codimensional incremental potential contact); that it looks at the speed
+along n only lets layers slide past each other closely in one advance (B. Mirtich 1996, conservative advancement). Where
+the features turn, a direction n(t) that turns linearly from |n| = 1 to |n'| = 1 gets farther: n . d_k is a parabola,
+which stays above delta if its three control values do,
+
+    n . d_k(t),   (n . d_k(t') + n' . d_k(t)) / 2,   n' . d_k(t')   > delta   for all k.
+
+Where no direction advances, or after too many advances, the features count as touching.
 """
 
 import warp as wp
@@ -17,7 +22,7 @@ from .precision import real, vec3
 
 VERTEX_TRIANGLE = wp.constant(0)
 EDGE_EDGE = wp.constant(1)
-ADVANCES = wp.constant(200)  # a gap of 1e-12 of the motion is passed in some tens
+ADVANCES = wp.constant(400)  # some tens are enough to pass at 1e-9 of the motion
 FREE = wp.constant(real(2.0))  # a time after the end
 
 
@@ -180,9 +185,32 @@ def apart_until(n: vec3, start: Differences, end: Differences, t: real, delta: r
 
 
 @wp.func
+def control_gap(na: vec3, nb: vec3, a: Differences, b: Differences):
+    """Least middle control value, m, of the parabolas n(t) . d_k(t) between two times, n and d_k linear from a to b."""
+    g0 = wp.dot(na, b.d0) + wp.dot(nb, a.d0)
+    g1 = wp.dot(na, b.d1) + wp.dot(nb, a.d1)
+    g2 = wp.dot(na, b.d2) + wp.dot(nb, a.d2)
+    g3 = wp.dot(na, b.d3) + wp.dot(nb, a.d3)
+    return real(0.5) * wp.min(wp.min(g0, g1), wp.min(g2, g3))
+
+
+@wp.func
+def apart_while_turning(kind: int, a: Differences, b: Differences, delta: real):
+    """Whether a direction that turns with the features separates them by more than delta from a time to a later one."""
+    for number in range(direction_count(kind)):
+        na = direction_of(kind, number, a)
+        nb = direction_of(kind, number, b)
+        gap = wp.min(wp.min(gap_along(na, a), gap_along(nb, b)), control_gap(na, nb, a, b))
+        if gap > delta:
+            return True
+    return False
+
+
+@wp.func
 def first_touch(kind: int, start: Differences, end: Differences, delta: real):
     """Time until which the features are proven to be farther apart than delta: FREE if always, zero if never."""
     t = real(0.0)
+    stride = real(1.0)
     for _advance in range(ADVANCES):
         d = between(start, end, t)
         farthest = t
@@ -193,6 +221,16 @@ def first_touch(kind: int, start: Differences, end: Differences, delta: real):
             farthest = wp.max(farthest, until)
         if farthest <= t:
             return t
+        goal = wp.min(t + stride, real(1.0))
+        if farthest >= goal:
+            stride = real(2.0) * (farthest - t)
+        elif apart_while_turning(kind, d, between(start, end, goal), delta):
+            if goal >= real(1.0):
+                return FREE
+            farthest = goal
+            stride = real(2.0) * stride
+        else:
+            stride = real(0.5) * stride
         t = farthest
     return t
 

@@ -124,4 +124,5 @@ def find_edges_near_edges(
             gc = features.groups[features.edges[other, 0]]
             ge = features.groups[features.edges[other, 1]]
             if ga != gc and ga != ge and gb != gc and gb != ge:
-                note_pair(EDGE_EDGE, edge, other, radius, positions, features, pairs)
+                # one order of the two whichever is longer: what is found later must not depend on the state here
+                note_pair(EDGE_EDGE, wp.max(edge, other), wp.min(edge, other), radius, positions, features, pairs)
