@@ -113,10 +113,12 @@ class SweptTest:
         parts = 1 if self._reach(start, end) <= self._radius else self._parts(start, end)
         for part in range(parts):
             a, b = (start + (k / parts) * (end - start) for k in (part, part + 1))
-            if self._reach(a, b) > self._radius:
+            reach = self._reach(a, b)
+            if reach > self._radius:
                 self._near = self._search.within(b, self._radius)
                 self.cost = SweptCost(self.cost.searches + 1, len(self._near.kinds), self.cost.advanced)
-            first = _earlier(first, self._advance(self._reach(a, b)))
+                reach = self._reach(a, b)
+            first = _earlier(first, self._advance(reach))
             if first is not None and first[0] * parts <= part + 1:
                 break
         return None if first is None else self._passage(*first, start, end)
@@ -183,9 +185,9 @@ def _relative_motion(a: np.ndarray, b: np.ndarray) -> float:
 
     No two points move by more than twice this against each other.
     """
-    step = b - a
-    step = step - 0.5 * (step.min(axis=0) + step.max(axis=0))
-    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
+    step = np.ascontiguousarray((b - a).T)
+    step -= 0.5 * (step.min(axis=1) + step.max(axis=1))[:, None]
+    return float(np.sqrt(np.einsum("ij,ij->j", step, step).max()))
 
 
 def _meeting(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
