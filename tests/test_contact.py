@@ -338,6 +338,10 @@ def test_kernel_modules_are_named():
         "facet_error",
         "sts",
         "nts",
+        "edge_search",
+        "edge_edge",
+        "swept",
+        "swept_search",
     ]
     assert [m.rsplit(".")[-1] for m in sheets.contact("nts").kernel_modules] == ["broadphase", "facet_error", "nts"]
 

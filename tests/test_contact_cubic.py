@@ -23,10 +23,10 @@ def test_sub_triangles_and_projection_find_the_reference_projection(divisions):
     q = wavy(sheets.coordinates, sheets.at(0.5 * THICKNESS), 3, slope=0.02)
     contact.accept(wavy(sheets.coordinates, sheets.at(4 * THICKNESS), 3, slope=0.02))
     contact.gradient(q)
-    state, active = contact._narrow, contact._active
+    state, active = contact._surfaces._narrow, contact._surfaces._active
     assert len(active) > 50
-    points = (contact._interpolation @ q)[contact._points.node_count + state.points[active]]
-    layers = contact._search.layers_of(state.keys[active])
+    points = (contact._surfaces._interpolation @ q)[contact._surfaces._points.node_count + state.points[active]]
+    layers = contact._surfaces._search.layers_of(state.keys[active])
     best, place = np.full(len(active), np.inf), np.zeros((len(active), 3))
     for element, face in enumerate(sheets.mesh.faces):
         mine = np.flatnonzero(layers == face)
@@ -97,7 +97,7 @@ def test_the_cubic_surface_stays_within_the_bound_of_its_distance_from_sub_trian
     q = wavy(sheets.coordinates, sheets.at(1.0), 7, slope=0.3)
     contact = sheets.contact(divisions=divisions)
     contact.gradient(q)
-    bounds = contact._surfaces.masters.errors.numpy()
+    bounds = contact._surfaces._surfaces.masters.errors.numpy()
     sub = build_submesh(sheets.mesh, divisions)
     fine = build_submesh(sheets.mesh, 12 * divisions)
     corners = (tabulate(sheets.mesh, sub.elements, sub.areas).interpolation(sheets.coordinates) @ q)[sub.triangles]

@@ -70,12 +70,12 @@ def test_effective_thickness_of_points_near_a_crease():
     """min(h, c s) at every slave point of one face with respect to the other."""
     fold = Fold()
     contact = fold.contact(np.pi)
-    points, table = contact._points, contact._table
+    points, table = contact._surfaces._points, contact._surfaces._table
     slaves = np.arange(points.slave_count)
     x = points.flat[points.node_count :, 0]
     layer = np.where(x > 0, fold.mesh.faces[fold.mesh.vertices[fold.mesh.triangles].mean(axis=1)[:, 0] < 0][0], 0)
     right = x > 1e-9
-    values = table.of(contact._search.key_of(slaves[right], layer[right]))
+    values = table.of(contact._surfaces._search.key_of(slaves[right], layer[right]))
     np.testing.assert_allclose(values, np.minimum(THICKNESS, CREASE_RATIO * x[right]), rtol=1e-9)
 
 

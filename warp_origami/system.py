@@ -318,6 +318,7 @@ def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
 
     return [
         ("contact points", f"{contact.sts_points} surface-to-surface, {contact.nts_points} node-to-surface"),
+        ("contact edges", f"{contact.edges} creases and free edges, held apart from each other"),
         ("contact masters", f"{contact.sub_triangles} sub-triangles in {contact.layers} layers (faces)"),
         ("contact pairs near", f"{contact.pairs} of a point and a layer at the start"),
         (

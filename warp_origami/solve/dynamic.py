@@ -10,6 +10,7 @@ from warp_origami.system import System
 from .energy import EnergyBalance, Forces
 from .generalized_alpha import GeneralizedAlpha, Kinematics
 from .packing import pack, pack_contact, restore_contact, unpack
+from .passage import passage
 from .recording import Recorder
 from .records import Observer, StepRecord
 from .result import Failure
@@ -136,10 +137,16 @@ class DynamicRun:
                         "the smallest step is not accurate enough", "a larger integrator.tolerance"
                     )
                 continue
-            if smaller is None or not self._creates_energy(outcome, creations):
+            if smaller is not None and self._creates_energy(outcome, creations):
+                counters, step = counters.rejected(), smaller
+                creations.append(outcome.created)
+                continue
+            passed = passage(self.system, state.kinematics.q, outcome.kinematics.q)
+            if passed is None:
                 break
             counters, step = counters.rejected(), smaller
-            creations.append(outcome.created)
+            if smaller is None:
+                return replace(state, counters=counters), passed
         if self._has_exploded(outcome):
             advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
             return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
@@ -166,7 +173,7 @@ class DynamicRun:
         return largest > self.resolved_energy and outcome.balance.rise > EXPLODED_SHARE * largest
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
-        counters = counters.accepted(self.record.contacts()[2])
+        counters = counters.accepted(self.record.contacts().max_penetration)
         state = RunState(outcome.kinematics, proposed, outcome.forces, outcome.balance, counters, before.frames)
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))

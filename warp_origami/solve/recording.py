@@ -3,6 +3,7 @@
 import numpy as np
 
 from warp_origami.system import System
+from warp_origami.terms.contact import ContactStatistics
 
 from .energy import EnergyBalance
 from .records import StepRecord
@@ -36,7 +37,7 @@ class Recorder:
             iterations: of Newton, for the step that ended here.
         """
         taut, wrinkled, slack = self.system.membrane.state_fractions(q)
-        sts, nts, penetration = self.contacts()
+        contacts = self.contacts()
         history = {
             "time": time,
             "step": step,
@@ -47,19 +48,17 @@ class Recorder:
             "external_work": balance.external_work,
             "energy_error": balance.error,
             "newton_iterations": iterations,
-            "contacts_sts": sts,
-            "contacts_nts": nts,
-            "contacts_edge": 0,
-            "max_penetration": penetration,
+            "contacts_sts": contacts.contacts_sts,
+            "contacts_nts": contacts.contacts_nts,
+            "contacts_edge": contacts.contacts_edge,
+            "max_penetration": contacts.max_penetration,
             "taut": taut,
             "wrinkled": wrinkled,
             "slack": slack,
         }
         return StepRecord(history, self.probes(q, v), self.reactions(prescribed, q))
 
-    def contacts(self) -> tuple[int, int, float]:
-        """Active surface-to-surface and node-to-surface pairs, and the deepest penetration (m)."""
-        if self.system.contact is None:
-            return 0, 0, 0.0
-        found = self.system.contact.statistics()
-        return found.contacts_sts, found.contacts_nts, found.max_penetration
+    def contacts(self) -> ContactStatistics:
+        """Touching pairs of the last evaluated state."""
+        contact = self.system.contact
+        return ContactStatistics() if contact is None else contact.statistics()

@@ -14,7 +14,7 @@ from .energy import EnergyBalance, Forces
 from .equilibrium import FIRST_MULTIPLE, PATIENCE, Equilibrium, EquilibriumSolver, Start
 from .modal import Modes, ModeShapes
 from .packing import pack, pack_contact, restore_contact, unpack
-from .passage import Passage
+from .passage import passage
 from .recording import Recorder
 from .records import Observer
 from .result import Failure
@@ -74,7 +74,6 @@ class StaticRun:
         with self.clock.phase("setup"):
             self.record, self.surface = Recorder(system), Surface(system)
             self.solver = EquilibriumSolver(system)
-            self.passage = None if system.contact is None else Passage(system)
         self.largest = 1.0 / system.scene.analysis.load_steps
         self.smallest = SMALLEST_SHARE * self.largest
         if system.contact is not None:
@@ -136,7 +135,7 @@ class StaticRun:
             if found.hopeless or increment < self.smallest:
                 return replace(state, counters=counters), failure
         self.system.accept(found.q)
-        state = replace(state, counters=counters.accepted(self.record.contacts()[2]))
+        state = replace(state, counters=counters.accepted(self.record.contacts().max_penetration))
         after = self._after(state, found, factor, min(2.0 * increment, self.largest))
         self._write(after, factor - state.factor, found.iterations)
         return after, None
@@ -147,7 +146,7 @@ class StaticRun:
         error = np.abs(constraints.equations @ after.ravel() - constraints.values(factor)).max(initial=0.0)
         if error > UNHELD * self.system.mesh.size:
             return Failure(f"the constraints are violated by {error:.3g} m", "more analysis.load_steps")
-        return None if self.passage is None else self.passage.crossed(before, after)
+        return passage(self.system, before, after)
 
     def _driven_speed(self) -> float:
         """Largest displacement that constraints prescribe per load factor, m."""

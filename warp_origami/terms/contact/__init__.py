@@ -1,6 +1,7 @@
-"""Self-contact of the sheet by penalty: surface-to-surface, node-to-surface and mixed, paper section 3."""
+"""Self-contact of the sheet: surface-to-surface, node-to-surface and mixed, paper section 3; edges; swept test."""
 
-from .contact import Contact, ContactSettings, ContactStatistics
+from .contact import Contact, ContactStatistics
+from .settings import ContactSettings
 from .summary import ContactSummary
 from .thickness import CREASE_RATIO
 

@@ -1,60 +1,37 @@
-"""Penalty contact of the sheet with itself and with other sheets, paper (23)-(46).
+"""Contact of the sheet with itself and with other sheets: points against layers, edges against edges.
 
-    U_c = sum_sts 1/2 (eps_s / 2) w_I A_I g^2 + sum_nts 1/2 eps_n g^2        over pairs (slave point, layer) with g < 0
+    U_c = U_sts + U_nts + U_edge
 
-Conventions. A layer is a face (elements connected without a crease); every slave point has one gap to every layer. Each
-of two touching surfaces is slave to the other, so each pass carries half of eps_s and together they are pressed apart
-by eps_s |g| per area (two equal free sheets of areal mass m that meet flat separate after pi sqrt(m / (2 eps_s))). A
-node carries the whole eps_n.
-
-Masters are the cubic elements: the nearest plane sub-triangle starts the projection (28), (29) of a slave point on
-their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
+The methods: `sts` and `nts` are the paper's, on their own, and may let layers through; `mixed` has both, and edges
+against edges, and lets no step pass that leads features of the sub-mesh through each other.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from warp_origami.errors import InputError
-from warp_origami.kernels import broadphase
-from warp_origami.kernels.penalty import FREE, UNKNOWN
-from warp_origami.kernels.precision import vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
 
-from ..buffers import Buffer
-from .masters import MasterSurfaces
-from .narrow import NarrowPhase, SlaveKernels
-from .points import build_points
-from .search import LayerPairs, Search
-from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
-from .summary import ContactSummary, summarize
-from .thickness import CREASE_RATIO, build_thickness
-
-METHODS = ("mixed", "sts", "nts")
-REBUILD_FRACTION = 0.45
-"""Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
-
-
-class ContactSettings(Protocol):
-    """What contact needs to know: method (mixed, sts, nts), stiffnesses (N/m^3 and N/m) and thickness (m)."""
-
-    method: str
-    sts_stiffness: float
-    nts_stiffness: float
-    thickness: float
+from .active_pairs import ActivePairs
+from .edges import EdgeContact
+from .settings import METHODS, ContactSettings
+from .summary import ContactSummary
+from .surfaces import SurfaceContact
+from .swept import Passage, SweptTest
 
 
 @dataclass(frozen=True)
 class ContactStatistics:
     """Contacts of the last evaluated state: pairs with a negative gap and the deepest penetration, m."""
 
-    contacts_sts: int
-    contacts_nts: int
-    max_penetration: float
+    contacts_sts: int = 0
+    contacts_nts: int = 0
+    contacts_edge: int = 0
+    max_penetration: float = 0.0
 
 
 class Contact:
@@ -96,63 +73,48 @@ class Contact:
     ) -> None:
         if settings.method not in METHODS:
             raise InputError("contact.method", settings.method, " or ".join(METHODS))
-        k = divisions or default_divisions(len(mesh.triangles))
-        self._mesh, self._device = mesh, device
-        self._thickness = float(settings.thickness)
-        self.submesh: Submesh = build_submesh(mesh, k)
-        self._points = build_points(
-            mesh, coordinates, self.submesh, settings.method, sts_degree or (2 if k >= 4 else 4)
-        )
-        self._interpolation = self._points.interpolation
-        self._element_rows = coordinates.elements
-        self._slave_rows, self._slave_shapes = self._points.slave_shapes()
-        self._kernels = SlaveKernels(
-            settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
-        )
         self.name = f"contact ({settings.method})"
-
-        # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
-        # margin balances searching anew against launching on pairs that are still far
-        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
-        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
-        self._margin = max(4.0 * self._thickness, 0.08 * edge)
-        self._touching = 1e-9 * mesh.size
-        apart = max(self._thickness / CREASE_RATIO, 1.5 * (self._reach + self._margin))
-        self._search = Search(self._points, self.submesh, apart, device)
-        self._nodes = Buffer(self._points.node_count, vec3, device)
-        self._slaves = Buffer(self._points.slave_count, vec3, device)
-        facets = self._search.surface(self._nodes.array)
-        self._surfaces = MasterSurfaces(mesh, coordinates, k, facets, self._reach, device)
-        self.kernel_modules = (broadphase.find_candidates.module.name, *self._surfaces.modules, *self._kernels.modules)
-
-        start = self._interpolation @ initial_q
-        self._table = build_thickness(self._search, self._points, start, self._thickness)
-        self._built_at: np.ndarray | None = None
-        self._accepted_keys = np.zeros(0, dtype=np.int64)
-        self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._accepted_q = np.array(initial_q)
-        self._active = np.zeros(0, dtype=int)
-        self._narrow: NarrowPhase | None = None
-        self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
+        self.submesh: Submesh = build_submesh(mesh, divisions or default_divisions(len(mesh.triangles)))
+        self._surfaces = SurfaceContact(
+            mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
+        )
+        self._edges = self._swept = None
+        if settings.method == "mixed":
+            self._edges = EdgeContact(
+                mesh, coordinates, self.submesh, settings.thickness, settings.nts_stiffness, initial_q, device
+            )
+            self._swept = SweptTest(mesh, coordinates, self.submesh, device)
+        self._terms = {
+            name: term for name, term in (("surfaces", self._surfaces), ("edges", self._edges)) if term is not None
+        }
+        parts = [*self._terms.values(), *([self._swept] if self._swept is not None else [])]
+        self.kernel_modules = tuple(module for part in parts for module in part.kernel_modules)
+        self.coincident_layers = self._surfaces.coincident_layers
 
     @property
     def reach(self) -> float:
         """Distance (m) up to which a point is seen by a layer, on either side."""
-        return self._reach
+        return self._surfaces.reach
+
+    def passage(self, before: np.ndarray, after: np.ndarray) -> Passage | None:
+        """The first passage of features through each other on the straight way between two states (n, 3).
+
+        None if there is none, and for methods that do not claim it.
+        """
+        return None if self._swept is None else self._swept.first_passage(before, after)
 
     def accept(self, q: np.ndarray) -> None:
-        """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
-        self._evaluate(q)
-        self._accepted_q = np.array(q)
-        self._take_sides()
+        """Takes q as an accepted state: from now on all stay on the sides of each other where they are in q."""
+        for term in self._terms.values():
+            term.accept(q)
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
-        self._evaluate(q)
-        if not len(self._active):
-            return 0.0, np.zeros_like(q)
-        energy, gradient, _ = self._forces(q)
-        return energy, gradient
+        energy, total = self._surfaces.gradient(q)
+        if self._edges is not None:
+            edge_energy, gradient = self._edges.gradient(q)
+            energy, total = energy + edge_energy, total + gradient
+        return energy, total
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
         """Energy, gradient, G (active, 3 n) and weights (active,): the main part (38), (45) is G^T diag(weights) G.
@@ -160,179 +122,30 @@ class Contact:
         Row i of G is the gradient of gap i with respect to q.ravel(), entries of one column to be summed where the
         slave and the master share a coordinate; weights are the stiffnesses, N/m.
         """
-        self._evaluate(q)
-        if not len(self._active):
-            return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
-        energy, gradient, scalar = self._forces(q)
-        normals = self._narrow.normals.read()[self._active]
-        count, width = len(normals), scalar.indptr[1]
-        matrix = csr_matrix(
-            (
-                (scalar.data.reshape(count, width, 1) * normals[:, None]).ravel(),
-                (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
-                3 * scalar.indptr,
-            ),
-            shape=(count, q.size),
-        )
-        return energy, gradient, matrix, self._kernels.stiffness_of(self._narrow.points[self._active])
+        energy, gradient = self.gradient(q)
+        pairs = self.active_pairs()
+        return energy, gradient, pairs.gap_rows(), pairs.stiffness
+
+    def active_pairs(self) -> ActivePairs:
+        """Touching pairs of the last evaluated state."""
+        return ActivePairs.joined([term.active_pairs() for term in self._terms.values()])
 
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""
-        if not len(self._active):
-            return ContactStatistics(0, 0, 0.0)
-        sts = int(np.count_nonzero(self._active < self._narrow.sts_count))
-        return ContactStatistics(sts, len(self._active) - sts, float(-self._narrow.gaps.read()[self._active].min()))
+        sts, nts, depth = self._surfaces.statistics()
+        edge, edge_depth = self._edges.statistics() if self._edges is not None else (0, 0.0)
+        return ContactStatistics(sts, nts, edge, max(depth, edge_depth))
 
     def summary(self) -> ContactSummary:
         """What will be modelled, for `check`."""
-        return summarize(self._mesh, self.submesh, self._points, self._table, self._search, self._narrow)
+        return self._surfaces.summary(0 if self._edges is None else len(self._edges.curves.vertices))
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
-        return {"q": self._accepted_q, "pairs": self._accepted_keys, "sides": self._accepted_sides}
+        return {f"{name}.{key}": value for name, term in self._terms.items() for key, value in term.state().items()}
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
-        self._accepted_q = np.array(state["q"])
-        self._accepted_keys = np.array(state["pairs"])
-        self._accepted_sides = np.array(state["sides"])
-        self._built_at = None
-        self._evaluate(self._accepted_q)
-
-    def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
-        """Sides in the start state; returns the layers whose order is unknown."""
-        self._place(q)
-        self._rebuild()
-        if self._narrow is None:
-            return np.zeros((0, 2), dtype=int)
-        self._launch()
-        self._free_start()
-        state = self._narrow
-        at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
-        if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
-            masters = state.elements.read()[at]
-            corners = self._positions[self.submesh.triangles]
-            normals = pattern_normals(corners, pattern_faces[self.submesh.triangle_elements])
-            sides = state.sides.read().copy()
-            sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
-            state.sides.write(sides)
-        self._take_sides()
-        self._launch()
-        # points on the rim of a layer only touch it, as the lips of a cut do: no layer lies on another there
-        unknown = at[(state.sides.read()[at] == FREE) & ~state.outer.read()[at]]
-        return unordered_layers(
-            self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
-        )
-
-    def _free_start(self) -> None:
-        """Limits the thickness where the cubic surface bulges out of the sub-triangles towards a point in the start."""
-        state = self._narrow
-        distances = np.abs(state.distances.read()[state.reached])
-        closer = distances < state.thickness[state.reached]
-        if closer.any():
-            self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
-            self._rebuild()
-            self._launch()
-
-    def _take_sides(self) -> None:
-        """Sides at the accepted state, which has just been evaluated."""
-        self._accepted_keys = np.zeros(0, dtype=np.int64)
-        self._accepted_sides = np.zeros(0, dtype=np.int32)
-        state = self._narrow
-        if state is None:
-            return
-        sides = np.full(len(state.keys), UNKNOWN, dtype=np.int32)
-        sides[state.reached] = sides_at(state, self._thickness, self._touching)
-        sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
-        known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
-        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
-        state.sides.write(sides)
-
-    def _evaluate(self, q: np.ndarray) -> None:
-        """Gaps of all pairs at q."""
-        self._place(q)
-        if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
-            self._rebuild()
-        state = self._narrow
-        if state is None:
-            return
-        self._launch()
-        near = np.abs(state.distances.read()[state.reached]) <= self._reach
-        unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
-        if len(unknown):
-            self._look_up_sides(state.sorted_by_key(unknown), q)
-            self._launch()
-
-    def _place(self, q: np.ndarray) -> None:
-        """Brings the surface and its points to `q`."""
-        positions = self._interpolation @ q
-        self._positions = positions
-        self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
-        self._nodes.write(positions[: self._points.node_count])
-        self._slaves.write(positions[self._points.node_count :])
-        self._surfaces.place(q)
-
-    def _launch(self) -> None:
-        state = self._narrow
-        state.launch(self._moved)
-        self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
-
-    def _rebuild(self) -> None:
-        """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
-        self._built_at, self._moved = self._positions, 0.0
-        pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
-        self._active = np.zeros(0, dtype=int)
-        self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
-
-    def _known_sides(self, keys: np.ndarray) -> np.ndarray:
-        """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
-        sides = np.full(len(keys), UNKNOWN, dtype=np.int32)
-        if len(self._accepted_keys):
-            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
-            known = self._accepted_keys[place] == keys
-            sides[known] = self._accepted_sides[place[known]]
-        return sides
-
-    def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
-        return NarrowPhase(
-            pairs,
-            self._table.of(pairs.keys),
-            sides,
-            self._slaves.array,
-            self._surfaces.masters,
-            self._kernels,
-            self._reach if reach is None else reach,
-            self._device,
-        )
-
-    def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
-        """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
-        self._place(self._accepted_q)
-        keys = self._narrow.keys[where]
-        state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
-        state.launch(0.0)
-        found = np.empty(len(keys), dtype=np.int32)
-        found[np.searchsorted(keys, state.keys[state.reached])] = sides_at(state, self._thickness, self._touching)
-        sides = self._narrow.sides.read().copy()
-        sides[where] = found
-        self._narrow.sides.write(sides)
-        self._place(q)
-
-    def _forces(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix]:
-        """Energy, its gradient, and (active, n) factors of the normal in the gradient of each gap."""
-        state, active = self._narrow, self._active
-        slaves = state.points[active]
-        rows = np.concatenate([self._slave_rows[slaves], self._element_rows[state.elements.read()[active]]], axis=1)
-        factors = np.concatenate([self._slave_shapes[slaves], -state.shapes.read()[active]], axis=1)
-        count, width = rows.shape
-        starts = np.arange(0, rows.size + 1, width, dtype=np.int32)
-        scalar = csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(count, len(q)))
-        gaps, forces = state.gaps.read()[active], state.forces.read()[active]
-        gradient = scalar.T @ (forces[:, None] * state.normals.read()[active])
-        return float(0.5 * (forces @ gaps)), gradient, scalar
-
-
-def _largest_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Largest distance between points of the same number, m."""
-    step = a - b
-    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
+        for name, term in self._terms.items():
+            prefix = f"{name}."
+            term.restore({key.removeprefix(prefix): v for key, v in state.items() if key.startswith(prefix)})

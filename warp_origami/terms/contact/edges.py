@@ -12,8 +12,6 @@ vertex. Edges at no distance in the flat sheet or in the start (lips of a cut, l
 they meet a force only once they have been apart and pass through each other.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import warp as wp
 from scipy.sparse import csr_matrix
@@ -26,6 +24,7 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
+from .active_pairs import ActivePairs
 from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
@@ -36,15 +35,6 @@ LONGEST_ZONE = 0.25
 
 USED_MARGIN = 0.9
 """Part of the margin that edges may come closer by before the pairs are searched anew; the rest is for round-off."""
-
-
-@dataclass(frozen=True)
-class EdgeStatistics:
-    """Crossings of the last evaluated state that carry at least half of the full stiffness, and their deepest
-    penetration, m."""
-
-    contacts: int
-    max_penetration: float
 
 
 class EdgeContact:
@@ -104,37 +94,28 @@ class EdgeContact:
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
         self._evaluate(q)
-        return self._forces()[:2] if len(self._active) else (0.0, np.zeros_like(q))
+        return self._forces() if len(self._active) else (0.0, np.zeros_like(q))
 
-    def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
-        """Energy, gradient, G (active, 3 n) and weights (active,): the main part is G^T diag(weights) G.
+    def active_pairs(self) -> ActivePairs:
+        """Touching pairs of the last evaluated state.
 
-        Row i of G is the gradient of gap i with respect to q.ravel(); weights are eps_e m, N/m. What is left out is
-        proportional to the gap: the turning of the normal and the change of m.
+        Left out of the tangent made of them is what is proportional to the gap: the turning of the normal and the
+        change of the mollifier m.
         """
-        self._evaluate(q)
         if not len(self._active):
-            return 0.0, np.zeros_like(q), csr_matrix((0, q.size)), np.zeros(0)
-        energy, gradient, gaps = self._forces()
-        scalar = gaps @ self.curves.controls
-        scalar.sort_indices()
-        count = np.diff(scalar.indptr)
-        normals = np.repeat(self._narrow.normals.read()[self._active], count, axis=0)
-        matrix = csr_matrix(
-            (
-                (scalar.data[:, None] * normals).ravel(),
-                (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
-                3 * scalar.indptr,
-            ),
-            shape=(len(count), q.size),
-        )
-        return energy, gradient, matrix, self._stiffness * self._narrow.weights.read()[self._active]
+            return ActivePairs.none(len(self._accepted_q))
+        state, at = self._narrow, self._active
+        stiffness = self._stiffness * state.weights.read()[at]
+        factors = csr_matrix(self._gap_factors() @ self.curves.controls)
+        factors.sort_indices()
+        return ActivePairs(factors, state.normals.read()[at], -stiffness * state.gaps.read()[at], stiffness)
 
-    def statistics(self) -> EdgeStatistics:
-        """Contacts of the last evaluated state."""
+    def statistics(self) -> tuple[int, float]:
+        """Crossings of the last evaluated state that carry at least half of the full stiffness, and their deepest
+        penetration, m."""
         gaps = self._narrow.gaps.read()[self._active]
         gaps = gaps[self._narrow.weights.read()[self._active] >= 0.5]
-        return EdgeStatistics(len(gaps), float(-gaps.min(initial=0.0)))
+        return len(gaps), float(-gaps.min(initial=0.0))
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
@@ -225,11 +206,10 @@ class EdgeContact:
         )
         self._narrow.know(self._known_keys)
 
-    def _forces(self) -> tuple[float, np.ndarray, csr_matrix]:
-        """Energy, its gradient, and (active, control points) factors of the normal in the gradient of each gap."""
+    def _forces(self) -> tuple[float, np.ndarray]:
+        """Energy and its gradient."""
         state, at = self._narrow, self._active
-        s, t = state.parameters.read()[at].T
-        first, second = bernstein(s), bernstein(t)
+        first, second = (bernstein(x) for x in state.parameters.read()[at].T)
         gaps, stiffness = state.gaps.read()[at], self._stiffness * state.weights.read()[at]
         by_weight = (0.5 * self._stiffness * gaps**2)[:, None]
         pull = (stiffness * gaps)[:, None] * state.normals.read()[at] + by_weight * state.pulls.read()[at]
@@ -242,14 +222,22 @@ class EdgeContact:
             + by_weight[:, None] * (slopes[:, :, None] * slope[:, None] + bends[:, :, None] * bend[:, None])
             for (values, slopes, bends), force, slope, bend in factors
         ]
-        columns = 4 * np.stack([state.first[at], state.second[at]], axis=1)[:, :, None] + np.arange(4)
-        shape = (len(at), self.curves.controls.shape[0])
-        starts = np.arange(0, columns.size + 1, 8)
-        values = np.concatenate([-first[0], second[0]], axis=1)
-        scalar = csr_matrix((values.ravel(), columns.ravel(), starts), shape=shape)
-        forces = np.zeros((shape[1], 3))
-        np.add.at(forces, columns.ravel(), np.stack(on_controls, axis=1).reshape(-1, 3))
-        return float(0.5 * (stiffness @ gaps**2)), self.curves.controls.T @ forces, scalar
+        forces = np.zeros((self.curves.controls.shape[0], 3))
+        np.add.at(forces, self._control_rows().ravel(), np.stack(on_controls, axis=1).reshape(-1, 3))
+        return float(0.5 * (stiffness @ gaps**2)), self.curves.controls.T @ forces
+
+    def _gap_factors(self) -> csr_matrix:
+        """(active, control points) factors of the normal in the gradient of each gap."""
+        (first, _, _), (second, _, _) = (bernstein(x) for x in self._narrow.parameters.read()[self._active].T)
+        values, columns = np.concatenate([-first, second], axis=1), self._control_rows()
+        starts = np.arange(0, values.size + 1, 8)
+        shape = (len(values), self.curves.controls.shape[0])
+        return csr_matrix((values.ravel(), columns.ravel(), starts), shape=shape)
+
+    def _control_rows(self) -> np.ndarray:
+        """(active, 8) control points of the two edges of each touching pair."""
+        edges = np.stack([self._narrow.first[self._active], self._narrow.second[self._active]], axis=1)
+        return (4 * edges[:, :, None] + np.arange(4)).reshape(-1, 8)
 
 
 def _nothing_known() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ class ContactSummary:
         sub_triangles: masters.
         sts_points, nts_points: slave points.
         layers: faces.
+        edges: creases and free edges that are held apart from each other.
         pairs: pairs of a point and a layer near each other in the start.
         left_out: pairs without thickness: points on a layer that they are not part of (lips of a cut), or layers that
             coincide in the start.
@@ -36,6 +37,7 @@ class ContactSummary:
     sts_points: int
     nts_points: int
     layers: int
+    edges: int
     pairs: int
     left_out: int
     weakened_by_crease: int
@@ -51,6 +53,7 @@ def summarize(
     table: ThicknessTable,
     search: Search,
     state: NarrowPhase | None,
+    edges: int,
 ) -> ContactSummary:
     """Counts what `Contact` has set up."""
     none = table.values <= 1e-9 * mesh.size
@@ -62,6 +65,7 @@ def summarize(
         sts_points=points.sts_count,
         nts_points=len(points.slave_nodes),
         layers=search.layer_count,
+        edges=edges,
         pairs=0 if state is None else len(state.keys),
         left_out=int(none.sum()),
         weakened_by_crease=int((weak & table.by_crease).sum()),

@@ -1,0 +1,283 @@
+"""Points of the sheet against its layers: surface-to-surface and node-to-surface contact, paper (23)-(46).
+
+    U = sum_sts 1/2 (eps_s / 2) w_I A_I g^2 + sum_nts 1/2 eps_n g^2        over pairs (slave point, layer) with g < 0
+
+Conventions. A layer is a face (elements connected without a crease); every slave point has one gap to every layer. Each
+of two touching surfaces is slave to the other, so each pass carries half of eps_s and together they are pressed apart
+by eps_s |g| per area (two equal free sheets of areal mass m that meet flat separate after pi sqrt(m / (2 eps_s))). A
+node carries the whole eps_n.
+
+Masters are the cubic elements: the nearest plane sub-triangle starts the projection (28), (29) of a slave point on
+their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
+"""
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from warp_origami.kernels import broadphase
+from warp_origami.kernels.penalty import FREE, UNKNOWN
+from warp_origami.kernels.precision import vec3
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh
+
+from ..buffers import Buffer
+from .active_pairs import ActivePairs
+from .masters import MasterSurfaces
+from .narrow import NarrowPhase, SlaveKernels
+from .points import build_points
+from .search import LayerPairs, Search
+from .settings import ContactSettings
+from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
+from .summary import ContactSummary, summarize
+from .thickness import CREASE_RATIO, build_thickness
+
+REBUILD_FRACTION = 0.45
+"""Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
+
+
+class SurfaceContact:
+    """Contact energy of points and layers as a function of q (n, 3); see `Contact` for its arguments.
+
+    Args:
+        submesh: nearest sub-triangles lead to the elements.
+
+    Attributes:
+        kernel_modules: Warp modules compiled for it.
+        coincident_layers: as in `Contact`.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        coordinates: Coordinates,
+        submesh: Submesh,
+        settings: ContactSettings,
+        initial_q: np.ndarray,
+        face_orders: np.ndarray | None = None,
+        pattern_faces: np.ndarray | None = None,
+        device: str = "cpu",
+        sts_degree: int | None = None,
+    ) -> None:
+        k = submesh.divisions
+        self._mesh, self._device = mesh, device
+        self._thickness = float(settings.thickness)
+        self._submesh = submesh
+        self._points = build_points(
+            mesh, coordinates, self._submesh, settings.method, sts_degree or (2 if k >= 4 else 4)
+        )
+        self._interpolation = self._points.interpolation
+        self._element_rows = coordinates.elements
+        self._slave_rows, self._slave_shapes = self._points.slave_shapes()
+        self._kernels = SlaveKernels(
+            settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
+        )
+
+        # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
+        # margin balances searching anew against launching on pairs that are still far
+        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
+        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
+        self._margin = max(4.0 * self._thickness, 0.08 * edge)
+        self._touching = 1e-9 * mesh.size
+        apart = max(self._thickness / CREASE_RATIO, 1.5 * (self._reach + self._margin))
+        self._search = Search(self._points, self._submesh, apart, device)
+        self._nodes = Buffer(self._points.node_count, vec3, device)
+        self._slaves = Buffer(self._points.slave_count, vec3, device)
+        facets = self._search.surface(self._nodes.array)
+        self._surfaces = MasterSurfaces(mesh, coordinates, k, facets, self._reach, device)
+        self.kernel_modules = (broadphase.find_candidates.module.name, *self._surfaces.modules, *self._kernels.modules)
+
+        start = self._interpolation @ initial_q
+        self._table = build_thickness(self._search, self._points, start, self._thickness)
+        self._built_at: np.ndarray | None = None
+        self._accepted_keys = np.zeros(0, dtype=np.int64)
+        self._accepted_sides = np.zeros(0, dtype=np.int32)
+        self._accepted_q = np.array(initial_q)
+        self._active = np.zeros(0, dtype=int)
+        self._narrow: NarrowPhase | None = None
+        self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
+
+    @property
+    def reach(self) -> float:
+        """Distance (m) up to which a point is seen by a layer, on either side."""
+        return self._reach
+
+    def accept(self, q: np.ndarray) -> None:
+        """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
+        self._evaluate(q)
+        self._accepted_q = np.array(q)
+        self._take_sides()
+
+    def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
+        self._evaluate(q)
+        if not len(self._active):
+            return 0.0, np.zeros_like(q)
+        gaps, forces = self._narrow.gaps.read()[self._active], self._narrow.forces.read()[self._active]
+        gradient = self._factors().T @ (forces[:, None] * self._narrow.normals.read()[self._active])
+        return float(0.5 * (forces @ gaps)), gradient
+
+    def active_pairs(self) -> ActivePairs:
+        """Touching pairs of the last evaluated state."""
+        if not len(self._active):
+            return ActivePairs.none(len(self._accepted_q))
+        state, active = self._narrow, self._active
+        stiffness = self._kernels.stiffness_of(state.points[active])
+        return ActivePairs(self._factors(), state.normals.read()[active], -state.forces.read()[active], stiffness)
+
+    def statistics(self) -> tuple[int, int, float]:
+        """Integration points and nodes that touch in the last evaluated state, and the deepest penetration, m."""
+        if not len(self._active):
+            return 0, 0, 0.0
+        sts = int(np.count_nonzero(self._active < self._narrow.sts_count))
+        return sts, len(self._active) - sts, float(-self._narrow.gaps.read()[self._active].min())
+
+    def summary(self, edges: int) -> ContactSummary:
+        """What will be modelled, for `check`, beside a number of edges."""
+        return summarize(self._mesh, self._submesh, self._points, self._table, self._search, self._narrow, edges)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
+        return {"q": self._accepted_q, "pairs": self._accepted_keys, "sides": self._accepted_sides}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Takes the accepted state from `state`."""
+        self._accepted_q = np.array(state["q"])
+        self._accepted_keys = np.array(state["pairs"])
+        self._accepted_sides = np.array(state["sides"])
+        self._built_at = None
+        self._evaluate(self._accepted_q)
+
+    def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
+        """Sides in the start state; returns the layers whose order is unknown."""
+        self._place(q)
+        self._rebuild()
+        if self._narrow is None:
+            return np.zeros((0, 2), dtype=int)
+        self._launch()
+        self._free_start()
+        state = self._narrow
+        at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
+        if len(at) and face_orders is not None and len(face_orders) and pattern_faces is not None:
+            masters = state.elements.read()[at]
+            corners = self._positions[self._submesh.triangles]
+            normals = pattern_normals(corners, pattern_faces[self._submesh.triangle_elements])
+            sides = state.sides.read().copy()
+            sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
+            state.sides.write(sides)
+        self._take_sides()
+        self._launch()
+        # points on the rim of a layer only touch it, as the lips of a cut do: no layer lies on another there
+        unknown = at[(state.sides.read()[at] == FREE) & ~state.outer.read()[at]]
+        return unordered_layers(
+            self._mesh, self._points, state.points[unknown], self._search.layers_of(state.keys[unknown])
+        )
+
+    def _free_start(self) -> None:
+        """Limits the thickness where the cubic surface bulges out of the sub-triangles towards a point in the start."""
+        state = self._narrow
+        distances = np.abs(state.distances.read()[state.reached])
+        closer = distances < state.thickness[state.reached]
+        if closer.any():
+            self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
+            self._rebuild()
+            self._launch()
+
+    def _take_sides(self) -> None:
+        """Sides at the accepted state, which has just been evaluated."""
+        self._accepted_keys = np.zeros(0, dtype=np.int64)
+        self._accepted_sides = np.zeros(0, dtype=np.int32)
+        state = self._narrow
+        if state is None:
+            return
+        sides = np.full(len(state.keys), UNKNOWN, dtype=np.int32)
+        sides[state.reached] = sides_at(state, self._thickness, self._touching)
+        sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
+        known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
+        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
+        state.sides.write(sides)
+
+    def _evaluate(self, q: np.ndarray) -> None:
+        """Gaps of all pairs at q."""
+        self._place(q)
+        if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
+            self._rebuild()
+        state = self._narrow
+        if state is None:
+            return
+        self._launch()
+        near = np.abs(state.distances.read()[state.reached]) <= self._reach
+        unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
+        if len(unknown):
+            self._look_up_sides(state.sorted_by_key(unknown), q)
+            self._launch()
+
+    def _place(self, q: np.ndarray) -> None:
+        """Brings the surface and its points to `q`."""
+        positions = self._interpolation @ q
+        self._positions = positions
+        self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
+        self._nodes.write(positions[: self._points.node_count])
+        self._slaves.write(positions[self._points.node_count :])
+        self._surfaces.place(q)
+
+    def _launch(self) -> None:
+        state = self._narrow
+        state.launch(self._moved)
+        self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
+
+    def _rebuild(self) -> None:
+        """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
+        self._built_at, self._moved = self._positions, 0.0
+        pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
+        self._active = np.zeros(0, dtype=int)
+        self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
+
+    def _known_sides(self, keys: np.ndarray) -> np.ndarray:
+        """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
+        sides = np.full(len(keys), UNKNOWN, dtype=np.int32)
+        if len(self._accepted_keys):
+            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
+            known = self._accepted_keys[place] == keys
+            sides[known] = self._accepted_sides[place[known]]
+        return sides
+
+    def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
+        return NarrowPhase(
+            pairs,
+            self._table.of(pairs.keys),
+            sides,
+            self._slaves.array,
+            self._surfaces.masters,
+            self._kernels,
+            self._reach if reach is None else reach,
+            self._device,
+        )
+
+    def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
+        """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
+        self._place(self._accepted_q)
+        keys = self._narrow.keys[where]
+        state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
+        state.launch(0.0)
+        found = np.empty(len(keys), dtype=np.int32)
+        found[np.searchsorted(keys, state.keys[state.reached])] = sides_at(state, self._thickness, self._touching)
+        sides = self._narrow.sides.read().copy()
+        sides[where] = found
+        self._narrow.sides.write(sides)
+        self._place(q)
+
+    def _factors(self) -> csr_matrix:
+        """(active, n) factors of the normal in the gradient of each gap."""
+        state, active = self._narrow, self._active
+        slaves = state.points[active]
+        rows = np.concatenate([self._slave_rows[slaves], self._element_rows[state.elements.read()[active]]], axis=1)
+        factors = np.concatenate([self._slave_shapes[slaves], -state.shapes.read()[active]], axis=1)
+        starts = np.arange(0, rows.size + 1, rows.shape[1], dtype=np.int32)
+        return csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(len(rows), len(self._accepted_q)))
+
+
+def _largest_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest distance between points of the same number, m."""
+    step = a - b
+    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
