@@ -38,6 +38,14 @@ class PatternTable(Table):
         return {name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "initial")}
 
 
+def _complete_initial(table: "Sheet | Miura") -> None:
+    """The initial state of a pattern that is stowed by its `opening`: stowed where it has one."""
+    if table.initial is None:
+        object.__setattr__(table, "initial", "flat" if table.opening is None else "stowed")
+    if table.initial == "stowed" and table.opening is None:
+        raise fault("initial", '"stowed"', '"flat" or { stretch = [a, b] }, or an opening that says how it is stowed')
+
+
 class LeafIn(PatternTable):
     """The leaf-in square: nested squares, diagonals and medians."""
 
@@ -81,12 +89,30 @@ class Sheet(PatternTable):
 
     @model_validator(mode="after")
     def _complete(self):
-        if self.initial is None:
-            object.__setattr__(self, "initial", "flat" if self.opening is None else "stowed")
-        if self.initial == "stowed" and self.opening is None:
-            raise fault(
-                "initial", '"stowed"', '"flat" or { stretch = [a, b] }, or an opening that says how it is stowed'
-            )
+        _complete_initial(self)
+        return self
+
+
+class Miura(PatternTable):
+    """A Miura sheet: parallelograms between straight creases along x and zigzags along y."""
+
+    kind: Literal["miura"] = Field(description='"miura"')
+    nx: Count = Field(description="an integer >= 1: parallelograms along x")
+    ny: Count = Field(description="an integer >= 1: parallelograms along y")
+    a: Positive = Field(description="a number > 0: side of a parallelogram along x, m")
+    b: Positive = Field(description="a number > 0: side of the zigzags, m")
+    sector_angle: Annotated[Positive, Field(lt=0.5 * math.pi)] = Field(
+        description="a number > 0 and < pi/2: acute angle of the parallelograms, rad"
+    )
+    opening: Annotated[Positive, Field(le=math.pi)] | None = Field(
+        default=None, description="a number > 0 and <= pi, rad: angle between panels at a zigzag when stowed"
+    )
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial | None = Field(default=None, description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        _complete_initial(self)
         return self
 
 
@@ -157,7 +183,7 @@ class Fold(PatternTable):
         return self
 
 
-Pattern = Annotated[LeafIn | Sheet | Disc | Annulus | Fold, Field(discriminator="kind")]
+Pattern = Annotated[LeafIn | Sheet | Miura | Disc | Annulus | Fold, Field(discriminator="kind")]
 
 
 class Material(Table):

@@ -10,9 +10,10 @@ from ..refine import refine_pattern
 from .annulus import annulus
 from .disc import disc
 from .leaf_in import leaf_in
+from .miura import miura
 from .sheet import sheet
 
-GENERATORS = {"annulus": annulus, "disc": disc, "leaf_in": leaf_in, "sheet": sheet}
+GENERATORS = {"annulus": annulus, "disc": disc, "leaf_in": leaf_in, "miura": miura, "sheet": sheet}
 
 
 def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refine: int = 1) -> Pattern:
