@@ -204,7 +204,7 @@ FAULTS = [
     ("analysis={kind='static',load_steps=0}", "analysis.load_steps", "0", ">= 1"),
     ("analysis.duration=0", "analysis.duration", "0", "> 0"),
     ("analysis={kind='dynamic'}", "analysis.duration", "nothing", "simulated time, s"),
-    ("pattern.kind=miura", "pattern.kind", '"miura"', '"leaf_in"'),
+    ("pattern.kind=waterbomb", "pattern.kind", '"waterbomb"', '"leaf_in"'),
     ("pattern={}", "pattern.kind", "nothing", '"sheet"'),
     ("pattern.refine=0", "pattern.refine", "0", ">= 1"),
     ("pattern.refine=1.0", "pattern.refine", "1.0", "an integer"),
