@@ -16,12 +16,14 @@ class ActivePairs:
         normals: (k, 3) unit direction in which the gap opens.
         forces: (k,) normal force, N, > 0: they press.
         stiffness: (k,) derivative of the force by the penetration, N/m.
+        elements: (k, 2) elements that the two points lie on.
     """
 
     factors: csr_matrix
     normals: np.ndarray
     forces: np.ndarray
     stiffness: np.ndarray
+    elements: np.ndarray
 
     def gap_rows(self) -> csr_matrix:
         """(k, 3 n) gradient of each gap with respect to q.ravel(); entries of one column are to be summed."""
@@ -39,7 +41,8 @@ class ActivePairs:
     @classmethod
     def none(cls, count: int) -> "ActivePairs":
         """No pairs, for q with `count` rows."""
-        return cls(csr_matrix((0, count)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        nothing = np.zeros(0)
+        return cls(csr_matrix((0, count)), np.zeros((0, 3)), nothing, nothing, np.zeros((0, 2), dtype=int))
 
     @classmethod
     def joined(cls, parts: "list[ActivePairs]") -> "ActivePairs":
@@ -48,5 +51,8 @@ class ActivePairs:
             return parts[0]
         return cls(
             csr_matrix(vstack([part.factors for part in parts])),
-            *(np.concatenate([getattr(part, name) for part in parts]) for name in ("normals", "forces", "stiffness")),
+            *(
+                np.concatenate([getattr(part, name) for part in parts])
+                for name in ("normals", "forces", "stiffness", "elements")
+            ),
         )

@@ -23,6 +23,7 @@ class EdgeCurves:
         vertices: (k, 2) int32 mesh vertices at the ends.
         flat: (k, 2, 2) ends in the flat sheet, m.
         sheets: (k,) connected part of the mesh that each edge belongs to.
+        elements: (k,) an element that each edge belongs to.
         controls: (4 k, n) matrix: control points, four per edge, are this times q.
     """
 
@@ -30,6 +31,7 @@ class EdgeCurves:
     vertices: np.ndarray
     flat: np.ndarray
     sheets: np.ndarray
+    elements: np.ndarray
     controls: csr_matrix
 
     @property
@@ -57,7 +59,8 @@ def build_curves(mesh: Mesh, coordinates: Coordinates) -> EdgeCurves:
     starts = np.arange(0, values.size + 1, 6)
     controls = csr_matrix((values.ravel(), rows.ravel(), starts), shape=(4 * len(edges), coordinates.count))
     controls.eliminate_zeros()
-    return EdgeCurves(edges, vertices.astype(np.int32), mesh.vertices[vertices], sheets, controls)
+    elements = mesh.edge_triangles[edges, 0]
+    return EdgeCurves(edges, vertices.astype(np.int32), mesh.vertices[vertices], sheets, elements, controls)
 
 
 def flat_distances(curves: EdgeCurves, first: np.ndarray, second: np.ndarray) -> np.ndarray:

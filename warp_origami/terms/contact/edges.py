@@ -108,7 +108,8 @@ class EdgeContact:
         stiffness = self._stiffness * state.weights.read()[at]
         factors = csr_matrix(self._gap_factors() @ self.curves.controls)
         factors.sort_indices()
-        return ActivePairs(factors, state.normals.read()[at], -stiffness * state.gaps.read()[at], stiffness)
+        elements = self.curves.elements[np.stack([state.first[at], state.second[at]], axis=1)]
+        return ActivePairs(factors, state.normals.read()[at], -stiffness * state.gaps.read()[at], stiffness, elements)
 
     def statistics(self) -> tuple[int, float]:
         """Crossings of the last evaluated state that carry at least half of the full stiffness, and their deepest

@@ -69,6 +69,7 @@ class SurfaceContact:
         self._interpolation = self._points.interpolation
         self._element_rows = coordinates.elements
         self._slave_rows, self._slave_shapes = self._points.slave_shapes()
+        self._slave_elements = self._points.owner_elements[self._points.owner_starts[:-1]]
         self._kernels = SlaveKernels(
             settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
         )
@@ -122,8 +123,14 @@ class SurfaceContact:
         if not len(self._active):
             return ActivePairs.none(len(self._accepted_q))
         state, active = self._narrow, self._active
-        stiffness = self._kernels.stiffness_of(state.points[active])
-        return ActivePairs(self._factors(), state.normals.read()[active], -state.forces.read()[active], stiffness)
+        slaves = state.points[active]
+        return ActivePairs(
+            self._factors(),
+            state.normals.read()[active],
+            -state.forces.read()[active],
+            self._kernels.stiffness_of(slaves),
+            np.stack([self._slave_elements[slaves], state.elements.read()[active]], axis=1),
+        )
 
     def statistics(self) -> tuple[int, int, float]:
         """Integration points and nodes that touch in the last evaluated state, and the deepest penetration, m."""
