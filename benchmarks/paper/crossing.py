@@ -1,23 +1,20 @@
-"""Where layers have passed through each other, when and how deep: the geometry of one state, whatever model made it.
+"""Where layers have passed through each other, and how deep: the geometry of one state, whatever model made it.
 
 ipctk decides on a sub-mesh whether the sheet intersects itself. Where it does, sub-edges pass through sub-triangles:
 
     x_0 + t (x_1 - x_0) = a + u (b - a) + v (c - a),   0 <= t, u, v, 1 - u - v <= 1,   no corner shared.
 
-Per ordered pair of faces (A, B), taking the sub-edges of A that pass through B away leaves A in pieces. All but the
-largest have come out on the other side of B; their largest distance from B is the depth. A piece exists only if the
-line of intersection runs through the whole of A; where B's corner pokes into A, it is B that is cut.
+Of two faces A and B that do, the points of A that have their nearest point inside B, not on its rim, lie on both sides
+of B: d > 0 and d < 0. Depth is the lesser of the two largest distances, max d and max -d, of the points of A from B or
+of those of B from A, whichever is more: what would have to be pushed back, from mid-surface to mid-surface.
 """
 
 from dataclasses import dataclass
 
 import ipctk
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from warp_origami.model.mesh import SMOOTH, Mesh
 from warp_origami.model.submesh import Submesh
 
 
@@ -26,45 +23,41 @@ class Crossing:
     """How one face lies partly beyond another.
 
     Attributes:
-        piece_of, beyond: faces A and B.
-        depth: of the deepest point of the piece of A, m; 0 if neither is cut through.
-        flat: (2,) that point in the flat sheet, m; nan if neither is cut through.
-        on_boundary: a boundary of an element (crease, smooth or free edge) passes through.
-        inside: an inner sub-edge of an element passes through.
+        face, beyond: A and B.
+        depth: m.
+        flat: (2,) the deepest point of A in the flat sheet, m; where A passes through B if no point has.
+        creases: how many sub-edges on creases and free edges of either pass through the other.
+        inner: how many inside of the faces do.
     """
 
-    piece_of: int
+    face: int
     beyond: int
     depth: float
     flat: np.ndarray
-    on_boundary: bool
-    inside: bool
+    creases: int
+    inner: int
 
 
 class CrossingOracle:
     """Looks at states on one sub-mesh.
 
     Args:
-        mesh: flat sheet.
-        submesh: where "crosses" is decided.
+        submesh: on which "crosses" is decided.
         rest: (np, 3) its points in an uncrossed state.
     """
 
-    def __init__(self, mesh: Mesh, submesh: Submesh, rest: np.ndarray):
+    def __init__(self, submesh: Submesh, rest: np.ndarray):
         self.submesh, self.triangles = submesh, submesh.triangles.astype(np.int32)
-        self.edges = ipctk.edges(self.triangles)
+        self.edges = np.sort(ipctk.edges(self.triangles), axis=1)
         self.oracle = ipctk.CollisionMesh(rest, self.edges, self.triangles)
-        k = submesh.divisions
-        sides = {tuple(edge) for edge in np.sort(_rim_edges(submesh, k), axis=1)}
-        self.boundary = np.array([tuple(edge) in sides for edge in np.sort(self.edges, axis=1)])
-        keys = np.sort(self.edges, axis=1) @ [len(rest), 1]
-        ends = np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2) @ [len(rest), 1]
-        order = np.argsort(keys)
-        place = order[np.searchsorted(keys[order], ends)]  # (nt, 3) sub-edge of each side
-        self.edge_faces = coo_matrix(
-            (np.ones(place.size), (place.ravel(), np.repeat(submesh.triangle_faces, 3))),
-            shape=(len(self.edges), mesh.faces.max() + 1),
-        ).tocsr()
+        numbers = self.edges @ [len(rest), 1]
+        order = np.argsort(numbers)
+        sides = np.sort(self.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2) @ [len(rest), 1]
+        sides = order[np.searchsorted(numbers[order], sides)]  # (nt, 3) sub-edge of each side
+        self.on_crease = np.zeros(len(self.edges), dtype=bool)
+        self.on_crease[sides[submesh.outer_edges]] = True
+        self.of_face = np.zeros((submesh.triangle_faces.max() + 1, len(self.edges)), dtype=bool)
+        self.of_face[submesh.triangle_faces[:, None], sides] = True
 
     def crosses(self, points: np.ndarray) -> bool:
         """Whether the sheet passes through itself."""
@@ -73,56 +66,80 @@ class CrossingOracle:
     def find(self, points: np.ndarray) -> list[Crossing]:
         """All pairs of faces that pass through each other, the deepest first."""
         edges, triangles = self._intersections(points)
-        found: dict[tuple[int, int], list[int]] = {}
+        cuts: dict[tuple[int, int], set[int]] = {}
         for edge, triangle in zip(edges, triangles, strict=True):
-            through = int(self.submesh.triangle_faces[triangle])
-            for face in self.edge_faces.indices[self.edge_faces.indptr[edge] : self.edge_faces.indptr[edge + 1]]:
-                found.setdefault((int(face), through), []).append(edge)
-        crossings = {}
-        for (face, through), cut in found.items():
-            crossing = self._depth(points, face, through, np.unique(cut))
-            pair = (min(face, through), max(face, through))
-            if pair not in crossings or crossing.depth > crossings[pair].depth:
-                crossings[pair] = crossing
-        return sorted(crossings.values(), key=lambda c: -c.depth)
+            beyond = self.submesh.triangle_faces[triangle]
+            for face in np.flatnonzero(self.of_face[:, edge]):
+                if face != beyond:
+                    cuts.setdefault((int(min(face, beyond)), int(max(face, beyond))), set()).add(int(edge))
+        found = []
+        for pair, cut in cuts.items():
+            through = np.array(list(cut))
+            ways = [(*self._depth(points, *way), *way) for way in (pair, pair[::-1])]
+            depth, flat, face, beyond = max(ways, key=lambda way: way[0])
+            if depth == 0.0:
+                flat = self.submesh.flat[self.edges[through[0]]].mean(axis=0)
+            creases = int(self.on_crease[through].sum())
+            found.append(Crossing(face, beyond, depth, flat, creases, len(through) - creases))
+        return sorted(found, key=lambda c: -c.depth)
 
     def _intersections(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sub-edges and the sub-triangles that they pass through."""
         ends, corners = points[self.edges], points[self.triangles]
-        middles, centres = ends.mean(axis=1), corners.mean(axis=1)
+        centres = corners.mean(axis=1)
         reach = 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
         reach += np.linalg.norm(corners - centres[:, None], axis=2).max()
-        near = cKDTree(middles).query_ball_tree(cKDTree(centres), reach)
+        near = cKDTree(ends.mean(axis=1)).query_ball_tree(cKDTree(centres), reach)
         edge = np.repeat(np.arange(len(ends)), [len(row) for row in near])
         triangle = np.concatenate([np.asarray(row, dtype=int) for row in near])
         apart = ~(self.edges[edge][:, :, None] == self.triangles[triangle][:, None, :]).any(axis=(1, 2))
         edge, triangle = edge[apart], triangle[apart]
-        start, along = ends[edge, 0], ends[edge, 1] - ends[edge, 0]
-        a, ab = corners[triangle, 0], corners[triangle, 1] - corners[triangle, 0]
-        ac, from_a = corners[triangle, 2] - a, start - a
-        normal = np.cross(ab, ac)
-        slope = np.einsum("ij,ij->i", along, normal)
+        along, (a, b, c) = ends[edge, 1] - ends[edge, 0], np.moveaxis(corners[triangle], 1, 0)
+        from_a = ends[edge, 0] - a
+        normal, turned = np.cross(b - a, c - a), np.cross(along, from_a)
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = -np.einsum("ij,ij->i", from_a, normal) / slope
-            turned = np.cross(along, from_a)
-            u = np.einsum("ij,ij->i", turned, ac) / slope
-            v = -np.einsum("ij,ij->i", turned, ab) / slope
+            slope = -_dot(along, normal)
+            t, u, v = _dot(from_a, normal) / slope, -_dot(turned, c - a) / slope, _dot(turned, b - a) / slope
         hit = (t >= 0) & (t <= 1) & (u >= 0) & (v >= 0) & (u + v <= 1)
         return edge[hit], triangle[hit]
 
-    def _depth(self, points: np.ndarray, face: int, through: int, cut: np.ndarray) -> Crossing:
-        mine = self.edge_faces[:, face].indices if False else self.edge_faces[:, [face]].nonzero()[0]
-        kept = self.edges[np.setdiff1d(mine, cut)]
-        members = np.unique(self.edges[mine])
-        graph = coo_matrix((np.ones(len(kept)), tuple(kept.T)), shape=(len(points), len(points)))
-        _, labels = connected_components(graph, directed=False)
-        names, sizes = np.unique(labels[members], return_counts=True)
-        piece = members[labels[members] != names[np.argmax(sizes)]]
-        depth, flat = 0.0, np.full(2, np.nan)
-        if len(piece):
-            other = self.triangles[self.submesh.triangle_faces == through]
-            distances = _distances(points[piece], points[other])
-            deepest = int(np.argmax(distances))
-            depth, flat = float(distances[deepest]), self.submesh.flat[piece[deepest]]
-        on_boundary = bool(self.boundary[cut].any())
-        return Crossing(face, through, depth, flat, on_boundary, bool((~self.boundary[cut]).any()))
+    def _depth(self, points: np.ndarray, face: int, beyond: int) -> tuple[float, np.ndarray]:
+        """The lesser of the largest distances of the face from the other on either side of it, and where that is."""
+        mine = np.unique(self.triangles[self.submesh.triangle_faces == face])
+        other = self.submesh.triangle_faces == beyond
+        signed = signed_distances(points[mine], points[self.triangles[other]], self.submesh.outer_edges[other])
+        least, most = int(np.argmin(signed)), int(np.argmax(signed))
+        deepest = least if -signed[least] < signed[most] else most
+        depth = min(-signed[least], signed[most])
+        return max(float(depth), 0.0), self.submesh.flat[mine[deepest]]
+
+
+def signed_distances(points: np.ndarray, triangles: np.ndarray, rims: np.ndarray) -> np.ndarray:
+    """(n,) distances of points (n, 3) from the surface of triangles (m, 3, 3), positive on the side of its normals, m.
+
+    0 for points whose nearest point is on a side that is a rim of the surface, as `rims` (m, 3) tells of every side.
+    """
+    x, corners = points[:, None], triangles[None]
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    height = _dot(x - corners[:, :, 0], normal)
+    inside = np.ones_like(height, dtype=bool)
+    nearest, on_rim = np.full_like(height, np.inf), np.zeros_like(height, dtype=bool)
+    for side in range(3):
+        from_start, along = x - corners[:, :, side], triangles[:, (side + 1) % 3] - triangles[:, side]
+        inside &= _dot(np.cross(normal, along), from_start) >= 0.0
+        share = np.clip(_dot(from_start, along) / _dot(along, along), 0.0, 1.0)
+        distance = np.linalg.norm(from_start - share[..., None] * along, axis=2)
+        tie = np.isclose(distance, nearest, rtol=1e-9, atol=0.0)  # at a corner: on the rim if one of its sides is
+        on_rim = np.where(tie, on_rim | rims[:, side], np.where(distance < nearest, rims[:, side], on_rim))
+        nearest = np.minimum(nearest, distance)
+    nearest = np.where(inside, np.abs(height), nearest)
+    on_rim &= ~inside
+    best = np.argmin(nearest, axis=1)
+    row = np.arange(len(points))
+    rim = (on_rim & (nearest <= nearest[row, best][:, None] * (1.0 + 1e-9))).any(axis=1)
+    return np.where(rim, 0.0, np.copysign(nearest[row, best], height[row, best]))
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i", a, b)
