@@ -1,6 +1,6 @@
 """Node-to-surface contact, paper (44): slave points are all nodes of the sub-mesh.
 
-U = sum_I 1/2 eps_n g_I^2    over nodes I and layers, g_I < 0
+U = sum_I U(g_I, eps_n)    over nodes I and layers, g_I < 0
 """
 
 import warp as wp
@@ -12,7 +12,6 @@ from .precision import real, vec3
 @wp.kernel(enable_backward=False)
 def nts_contacts(
     positions: wp.array(dtype=vec3),
-    stiffness: real,
     reach: real,
     first: int,
     masters: Masters,
@@ -20,6 +19,6 @@ def nts_contacts(
     # out
     contacts: Contacts,
 ):
-    """Contact of nodes, one thread per pair; stiffness is eps_n, N/m."""
+    """Gaps of nodes, one thread per pair."""
     pair = first + wp.tid()
-    write_contact(pair, positions[pairs.points[pair]], stiffness, reach, masters, pairs, contacts)
+    write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, contacts)

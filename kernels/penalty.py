@@ -1,11 +1,11 @@
-"""Gap and normal force between a slave point and a layer, paper (28)-(30), (36), (44): shared by sts and nts.
+"""Gap between a slave point and a layer, paper (28)-(30): shared by sts and nts.
 
     delta = x - r(P),   d = +-|delta|  (sign: side of the layer, by its normal at the closest point P)
     g = s d - h      where the side s = +1, -1 of the pair is known and P lies inside the layer
     g = |d| - h      where P lies on the outer boundary of the layer, or s is free (0)
-    dU/dg = k g  for g < 0,   dg/dx = s n,   dg/dq_i = -s S_i(P) n,   n = delta / d
+    dg/dx = s n,   dg/dq_i = -s S_i(P) n,   n = delta / d
 
-h is the effective thickness of the pair; (30) has (th_M + th_S) / 2. The gap is measured to the closest point of the
+h is the distance at which the pair begins to press; (30) has (th_M + th_S) / 2. The gap is measured to the closest point of the
 whole layer, one force per point and layer: so it is continuous between elements and never counted twice. The nearest
 plane sub-triangles of each element start the projection on its cubic surface; dP/dq does not matter, because delta is
 orthogonal to every way that P can go.
@@ -60,8 +60,8 @@ class Masters:
 class Pairs:
     """Slave point and layer pairs.
 
-    points: slave point of each pair; candidates[starts : ends]: sub-triangles of its layer; thickness: effective
-    thickness, m; sides: +1, -1, FREE or UNKNOWN.
+    points: slave point of each pair; candidates[starts : ends]: sub-triangles of its layer; thickness: h, m; sides:
+    +1, -1, FREE or UNKNOWN.
     """
 
     points: wp.array(dtype=wp.int32)
@@ -76,13 +76,12 @@ class Pairs:
 class Contacts:
     """State of every pair.
 
-    gaps: g, m; forces: dU/dg, N; normals: dg/dx; elements, shapes: element of the closest point and its shape functions
+    gaps: g, m; normals: dg/dx; elements, shapes: element of the closest point and its shape functions
     there (these for g < 0 only); distances: d, m; outer: whether the closest point is on the layer's outer boundary;
     heights: signed distance from the layer's tangent plane there, m.
     """
 
     gaps: wp.array(dtype=real)
-    forces: wp.array(dtype=real)
     normals: wp.array(dtype=vec3)
     elements: wp.array(dtype=wp.int32)
     shapes: wp.array(dtype=vec9)
@@ -268,8 +267,8 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
-    """Gap, force and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
+def write_contact(pair: int, x: vec3, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
+    """Gap and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
 
     Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
     """
@@ -293,7 +292,6 @@ def write_contact(pair: int, x: vec3, stiffness: real, reach: real, masters: Mas
     if side == UNKNOWN:
         gap = NO_CONTACT
     contacts.gaps[pair] = gap
-    contacts.forces[pair] = stiffness * wp.min(gap, real(0.0))
     contacts.normals[pair] = direction * p.normal
     contacts.elements[pair] = p.element
     contacts.distances[pair] = p.distance

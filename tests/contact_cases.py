@@ -11,9 +11,9 @@ from warp_origami.terms.contact import Contact
 EPS_S, EPS_N, THICKNESS = 1e8, 3e6, 1e-3
 
 
-def settings(method="sts", thickness=THICKNESS):
+def settings(method="sts", thickness=THICKNESS, exact=False):
     """Contact settings of the tests."""
-    return SimpleNamespace(method=method, sts_stiffness=EPS_S, nts_stiffness=EPS_N, thickness=thickness)
+    return SimpleNamespace(method=method, sts_stiffness=EPS_S, nts_stiffness=EPS_N, thickness=thickness, exact=exact)
 
 
 class TwoSheets:

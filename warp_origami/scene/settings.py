@@ -6,8 +6,8 @@ from pydantic import AfterValidator, Field
 
 from .base import NAME_WANTS, AsTuple, Count, Name, Number, Positive, Table, Vector2, fault
 
-FIELDS = ("von_mises", "s1", "s2", "state")
-FieldName = Literal["von_mises", "s1", "s2", "state"]
+FIELDS = ("von_mises", "s1", "s2", "state", "contact_pressure")
+FieldName = Literal["von_mises", "s1", "s2", "state", "contact_pressure"]
 
 
 class Dynamic(Table):
@@ -64,6 +64,16 @@ class Contact(Table):
     nts_stiffness: Positive = Field(default=3e6, description="a number > 0: node-to-surface penalty, N/m")
     thickness: Positive | None = Field(
         default=None, description="a number > 0, m: layers closer than this touch (unless given: material.thickness)"
+    )
+    exact: bool = Field(
+        default=False, description="true: layers never come closer than the thickness; false: they press into it"
+    )
+    friction: Annotated[Number, Field(ge=0.0)] = Field(
+        default=0.0, description="a number >= 0: coefficient of Coulomb friction between layers"
+    )
+    friction_speed: Positive = Field(
+        default=1e-3,
+        description="a number > 0, m/s: layers that stick creep up to about this fast, small against what moves them",
     )
 
 

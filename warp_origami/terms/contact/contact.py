@@ -18,6 +18,7 @@ from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
 
 from .active_pairs import ActivePairs
 from .edges import EdgeContact
+from .law import contact_law
 from .settings import METHODS, ContactSettings
 from .summary import ContactSummary
 from .surfaces import SurfaceContact
@@ -47,6 +48,7 @@ class Contact:
         device: of Warp.
         divisions: sub-triangles along an element's side; None: default_divisions.
         sts_degree: of the quadrature rule on each sub-triangle; None: 2 (three points) from four divisions on, else 4.
+        guarded: `passage` looks at steps of `sts` and `nts` too.
 
     Attributes:
         name: for summaries.
@@ -70,6 +72,7 @@ class Contact:
         device: str = "cpu",
         divisions: int | None = None,
         sts_degree: int | None = None,
+        guarded: bool = False,
     ) -> None:
         if settings.method not in METHODS:
             raise InputError("contact.method", settings.method, " or ".join(METHODS))
@@ -81,8 +84,16 @@ class Contact:
         self._edges = self._swept = None
         if settings.method == "mixed":
             self._edges = EdgeContact(
-                mesh, coordinates, self.submesh, settings.thickness, settings.nts_stiffness, initial_q, device
+                mesh,
+                coordinates,
+                self.submesh,
+                settings.thickness,
+                settings.nts_stiffness,
+                initial_q,
+                device,
+                contact_law(settings.exact, settings.thickness),
             )
+        if settings.method == "mixed" or guarded:
             self._swept = SweptTest(mesh, coordinates, self.submesh, device)
         self._terms = {
             name: term for name, term in (("surfaces", self._surfaces), ("edges", self._edges)) if term is not None
@@ -99,7 +110,7 @@ class Contact:
     def passage(self, before: np.ndarray, after: np.ndarray) -> Passage | None:
         """The first passage of features through each other on the straight way between two states (n, 3).
 
-        None if there is none, and for methods that do not claim it.
+        None if there is none, and for `sts` and `nts` unless they are guarded.
         """
         return None if self._swept is None else self._swept.first_passage(before, after)
 
@@ -129,6 +140,10 @@ class Contact:
     def active_pairs(self) -> ActivePairs:
         """Touching pairs of the last evaluated state."""
         return ActivePairs.joined([term.active_pairs() for term in self._terms.values()])
+
+    def flat_points(self) -> np.ndarray:
+        """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
+        return np.concatenate([term.flat_points() for term in self._terms.values()])
 
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""

@@ -24,14 +24,14 @@ class EdgeNarrow:
 
     Args:
         near: pairs, in the order of their distance.
-        thickness: (pairs,) effective thickness, m.
+        thickness: (pairs,) distance at which each pair begins to press, m.
         controls: control points at launch.
         zones: part of each edge at its ends where the force fades.
         divisions: parts of each edge.
         reach: distance beyond which edges have no gap, m.
 
     Attributes:
-        keys, first, second: pair and edges of each place.
+        keys, first, second, thickness: pair, edges and thickness of each place.
         evaluated: number of places that the last launch has evaluated; edges of all others are farther than the reach.
         gaps, weights, ...: buffers, see edge_edge.EdgeContacts.
     """
@@ -43,7 +43,9 @@ class EdgeNarrow:
         self._near, self._reach = near, reach
         self._inputs = [controls, zones, divisions, real(reach)]
         sizes = np.diff(near.starts)
-        self.keys, self.first, self.second = (np.repeat(a, sizes) for a in (near.keys, near.first, near.second))
+        self.keys, self.first, self.second, self.thickness = (
+            np.repeat(a, sizes) for a in (near.keys, near.first, near.second, thickness)
+        )
         self.evaluated = 0
 
         self._known_starts, self._known_ends = (Buffer(len(near.keys), wp.int32, device) for _ in range(2))

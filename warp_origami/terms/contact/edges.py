@@ -1,6 +1,6 @@
 """Edge-to-edge contact: creases and free edges that cross each other between the slave points of the other elements.
 
-    U = sum 1/2 eps_e m g^2    over pairs of closest points inside two edges, g < 0;  m: see kernels/edge_edge.py
+    U = sum m U(g, eps_e)    over pairs of closest points inside two edges, g < 0;  m: kernels/edge_edge.py, U: law.py
 
 Edges are the cubic curves of the sheet. Every local minimum of the distance of two edges counts, so a bent edge may
 cross another twice. Within the thickness of an end (flat length) and near parallel the force fades: there the nodes and
@@ -28,6 +28,7 @@ from .active_pairs import ActivePairs
 from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
+from .law import ContactLaw, Penalty
 from .thickness import CREASE_RATIO, ROUND_OFF
 
 LONGEST_ZONE = 0.25
@@ -48,6 +49,7 @@ class EdgeContact:
         stiffness: eps_e, N/m.
         initial_q: (n, 3) state of the start, free of contact force by construction.
         device: of Warp.
+        law: U.
 
     Attributes:
         kernel_modules: Warp modules compiled for it.
@@ -63,8 +65,10 @@ class EdgeContact:
         stiffness: float,
         initial_q: np.ndarray,
         device: str = "cpu",
+        law: ContactLaw = Penalty(),
     ) -> None:
-        self._thickness, self._stiffness, self._device = float(thickness), float(stiffness), device
+        self._law, self._stiffness, self._device = law, float(stiffness), device
+        self._thickness = law.outset * float(thickness)
         self.curves = build_curves(mesh, coordinates)
         self.kernel_modules = (edge_search.find_part_pairs.module.name, edge_edge.edge_contacts.module.name)
         # compiled now rather than when edges first come near each other; Warp launches with blocks of 1 on the CPU
@@ -109,14 +113,23 @@ class EdgeContact:
         factors = csr_matrix(self._gap_factors() @ self.curves.controls)
         factors.sort_indices()
         elements = self.curves.elements[np.stack([state.first[at], state.second[at]], axis=1)]
-        return ActivePairs(factors, state.normals.read()[at], -stiffness * state.gaps.read()[at], stiffness, elements)
+        given = (state.gaps.read()[at], stiffness, state.thickness[at])
+        return ActivePairs(
+            factors, state.normals.read()[at], -self._law.slope(*given), self._law.curvature(*given), elements
+        )
+
+    def flat_points(self) -> np.ndarray:
+        """(k, 2, 2) flat positions (m) of the points on both edges of active_pairs()."""
+        state, at = self._narrow, self._active
+        start, end = self.curves.flat[np.stack([state.first[at], state.second[at]], axis=1)].transpose(2, 0, 1, 3)
+        return start + state.parameters.read()[at][:, :, None] * (end - start)
 
     def statistics(self) -> tuple[int, float]:
         """Crossings of the last evaluated state that carry at least half of the full stiffness, and their deepest
         penetration, m."""
-        gaps = self._narrow.gaps.read()[self._active]
-        gaps = gaps[self._narrow.weights.read()[self._active] >= 0.5]
-        return len(gaps), float(-gaps.min(initial=0.0))
+        at = self._active[self._narrow.weights.read()[self._active] >= 0.5]
+        depths = self._law.penetration(self._narrow.gaps.read()[at], self._narrow.thickness[at])
+        return len(at), float(depths.max(initial=0.0))
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
@@ -211,9 +224,13 @@ class EdgeContact:
         """Energy and its gradient."""
         state, at = self._narrow, self._active
         first, second = (bernstein(x) for x in state.parameters.read()[at].T)
-        gaps, stiffness = state.gaps.read()[at], self._stiffness * state.weights.read()[at]
-        by_weight = (0.5 * self._stiffness * gaps**2)[:, None]
-        pull = (stiffness * gaps)[:, None] * state.normals.read()[at] + by_weight * state.pulls.read()[at]
+        gaps, stiffness, begins = state.gaps.read()[at], self._stiffness * state.weights.read()[at], state.thickness[at]
+        energy = float(self._law.energy(gaps, stiffness, begins).sum())
+        if not np.isfinite(energy):
+            return np.inf, np.full((self.curves.controls.shape[1], 3), np.nan)
+        by_weight = self._law.energy(gaps, self._stiffness, begins)[:, None]
+        slopes = self._law.slope(gaps, stiffness, begins)
+        pull = slopes[:, None] * state.normals.read()[at] + by_weight * state.pulls.read()[at]
         factors = (
             (first, -pull, state.slopes1.read()[at], state.bends1.read()[at]),
             (second, pull, state.slopes2.read()[at], state.bends2.read()[at]),
@@ -225,7 +242,7 @@ class EdgeContact:
         ]
         forces = np.zeros((self.curves.controls.shape[0], 3))
         np.add.at(forces, self._control_rows().ravel(), np.stack(on_controls, axis=1).reshape(-1, 3))
-        return float(0.5 * (stiffness @ gaps**2)), self.curves.controls.T @ forces
+        return energy, self.curves.controls.T @ forces
 
     def _gap_factors(self) -> csr_matrix:
         """(active, control points) factors of the normal in the gradient of each gap."""

@@ -23,11 +23,10 @@ class SlaveKernels:
         self.sts_count = len(integration_stiffness)
         self.node_stiffness = node_stiffness
         self.integration_stiffness = integration_stiffness
-        self.sts = self.nts = self.sts_stiffness = None
+        self.sts = self.nts = None
         self.modules: tuple[str, ...] = ()
         if method in ("sts", "mixed"):
             self.sts = sts.sts_contacts
-            self.sts_stiffness = wp.array(integration_stiffness, dtype=real, device=device)
             self.modules += (self.sts.module.name,)
         if method in ("nts", "mixed"):
             self.nts = nts.nts_contacts
@@ -54,9 +53,9 @@ class NarrowPhase:
     Attributes:
         keys, points: names and slave points of the pairs.
         sts_count: number of pairs whose slave is an integration point; they come first.
-        thickness: (n,) effective thickness, m.
+        thickness: (n,) distance at which each pair begins to press, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
-        gaps, forces, normals, elements, shapes, distances, heights, outer: buffers, see penalty.Contacts.
+        gaps, normals, elements, shapes, distances, heights, outer: buffers, see penalty.Contacts.
         reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
@@ -80,11 +79,8 @@ class NarrowPhase:
         self._reach = reach
         found_at = pairs.distances[order]
         self._groups = [
-            (first, found_at[first:end], kernel, stiffness)
-            for first, end, kernel, stiffness in (
-                (0, self.sts_count, kernels.sts, kernels.sts_stiffness),
-                (self.sts_count, count, kernels.nts, real(kernels.node_stiffness)),
-            )
+            (first, found_at[first:end], kernel)
+            for first, end, kernel in ((0, self.sts_count, kernels.sts), (self.sts_count, count, kernels.nts))
             if end > first
         ]
         self._counts: tuple[int, ...] = ()
@@ -102,7 +98,7 @@ class NarrowPhase:
 
         contacts = penalty.Contacts()
         kinds = {"normals": vec3, "shapes": vec9, "elements": wp.int32, "outer": wp.bool}
-        for name in ("gaps", "forces", "normals", "elements", "shapes", "distances", "heights", "outer"):
+        for name in ("gaps", "normals", "elements", "shapes", "distances", "heights", "outer"):
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
             setattr(contacts, name, buffer.array)
@@ -110,12 +106,12 @@ class NarrowPhase:
             wp.launch(
                 kernel,
                 dim=len(found_at),
-                inputs=[slaves, stiffness, real(reach), first, masters, given],
+                inputs=[slaves, real(reach), first, masters, given],
                 outputs=[contacts],
                 device=device,
                 record_cmd=True,
             )
-            for first, found_at, kernel, stiffness in self._groups
+            for first, found_at, kernel in self._groups
         ]
 
     def launch(self, moved: float) -> None:

@@ -1,6 +1,6 @@
 """Points of the sheet against its layers: surface-to-surface and node-to-surface contact, paper (23)-(46).
 
-    U = sum_sts 1/2 (eps_s / 2) w_I A_I g^2 + sum_nts 1/2 eps_n g^2        over pairs (slave point, layer) with g < 0
+    U = sum_sts U(g, (eps_s / 2) w_I A_I) + sum_nts U(g, eps_n)    over pairs (slave point, layer) with g < 0;  U: law.py
 
 Conventions. A layer is a face (elements connected without a crease); every slave point has one gap to every layer. Each
 of two touching surfaces is slave to the other, so each pass carries half of eps_s and together they are pressed apart
@@ -22,7 +22,9 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
+from ..shapes import flat_of
 from .active_pairs import ActivePairs
+from .law import contact_law
 from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveKernels
 from .points import build_points
@@ -61,7 +63,8 @@ class SurfaceContact:
     ) -> None:
         k = submesh.divisions
         self._mesh, self._device = mesh, device
-        self._thickness = float(settings.thickness)
+        self._law = contact_law(settings.exact, settings.thickness)
+        self._thickness = self._law.outset * float(settings.thickness)
         self._submesh = submesh
         self._points = build_points(
             mesh, coordinates, self._submesh, settings.method, sts_degree or (2 if k >= 4 else 4)
@@ -114,9 +117,12 @@ class SurfaceContact:
         self._evaluate(q)
         if not len(self._active):
             return 0.0, np.zeros_like(q)
-        gaps, forces = self._narrow.gaps.read()[self._active], self._narrow.forces.read()[self._active]
-        gradient = self._factors().T @ (forces[:, None] * self._narrow.normals.read()[self._active])
-        return float(0.5 * (forces @ gaps)), gradient
+        given = self._given_to_law()
+        energy = float(self._law.energy(*given).sum())
+        if not np.isfinite(energy):
+            return np.inf, np.full_like(q, np.nan)
+        slopes = self._law.slope(*given)
+        return energy, self._factors().T @ (slopes[:, None] * self._narrow.normals.read()[self._active])
 
     def active_pairs(self) -> ActivePairs:
         """Touching pairs of the last evaluated state."""
@@ -127,17 +133,27 @@ class SurfaceContact:
         return ActivePairs(
             self._factors(),
             state.normals.read()[active],
-            -state.forces.read()[active],
-            self._kernels.stiffness_of(slaves),
+            -self._law.slope(*self._given_to_law()),
+            self._law.curvature(*self._given_to_law()),
             np.stack([self._slave_elements[slaves], state.elements.read()[active]], axis=1),
         )
+
+    def flat_points(self) -> np.ndarray:
+        """(k, 2, 2) flat positions (m) of slave and master points of active_pairs()."""
+        state, active = self._narrow, self._active
+        if not len(active):
+            return np.zeros((0, 2, 2))
+        masters = flat_of(self._mesh, state.elements.read()[active], state.shapes.read()[active])
+        slaves = self._points.flat[self._points.node_count + state.points[active]]
+        return np.stack([slaves, masters], axis=1)
 
     def statistics(self) -> tuple[int, int, float]:
         """Integration points and nodes that touch in the last evaluated state, and the deepest penetration, m."""
         if not len(self._active):
             return 0, 0, 0.0
         sts = int(np.count_nonzero(self._active < self._narrow.sts_count))
-        return sts, len(self._active) - sts, float(-self._narrow.gaps.read()[self._active].min())
+        gaps, _, begins = self._given_to_law()
+        return sts, len(self._active) - sts, float(self._law.penetration(gaps, begins).max())
 
     def summary(self, edges: int) -> ContactSummary:
         """What will be modelled, for `check`, beside a number of edges."""
@@ -273,6 +289,11 @@ class SurfaceContact:
         sides[where] = found
         self._narrow.sides.write(sides)
         self._place(q)
+
+    def _given_to_law(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Gaps, stiffnesses and distances at which they begin to press, of the touching pairs."""
+        state, active = self._narrow, self._active
+        return state.gaps.read()[active], self._kernels.stiffness_of(state.points[active]), state.thickness[active]
 
     def _factors(self) -> csr_matrix:
         """(active, n) factors of the normal in the gradient of each gap."""
