@@ -23,6 +23,9 @@ FIXED_RANGES = {"state": (0.0, 2.0)}
 PERCENTILES = (1.0, 99.0)
 """Of the values in a frame: a few elements with extreme stress should not take all the colours."""
 
+LOCAL = ("contact_pressure",)
+"""Fields that vanish but on small parts of the sheet: the percentiles are of the values there."""
+
 
 class Animation:
     """The animation while it grows; `save` writes all frames so far.
@@ -156,8 +159,13 @@ class Animation:
     def _take_account(self, code: float, points: np.ndarray, values: np.ndarray | None) -> None:
         self._codes.append(code)
         self._view.include(points)
-        if values is not None and np.isfinite(values).any():
-            low, high = np.percentile(values[np.isfinite(values)], PERCENTILES)
+        if values is None:
+            return
+        shown = values[np.isfinite(values)]
+        if self.fields[0] in LOCAL and shown.any():
+            shown = shown[shown != 0.0]
+        if len(shown):
+            low, high = np.percentile(shown, PERCENTILES)
             self._range = (min(self._range[0], float(low), 0.0), max(self._range[1], float(high)))
 
     def _colour_frames(self) -> None:

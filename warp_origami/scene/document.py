@@ -70,6 +70,8 @@ class Scene(Table):
         if self.contact is not None and self.contact.thickness is None:
             contact = self.contact.model_copy(update={"thickness": self.material.thickness})
             object.__setattr__(self, "contact", contact)
+        elif self.contact is None and "contact_pressure" in self.output.fields:
+            raise fault("output.fields", '"contact_pressure" without contact', "a [contact] table, or other fields")
         return self
 
     def _refuse_repeated_names(self) -> None:

@@ -6,6 +6,7 @@ from scipy.sparse import csr_matrix
 from warp_origami.model.locate import area_coordinates
 from warp_origami.model.submesh import Submesh, build_submesh
 from warp_origami.system import System
+from warp_origami.terms.contact import PressureField
 from warp_origami.terms.shapes import tabulate
 
 from .records import Frame
@@ -94,12 +95,25 @@ class Surface:
         )
         total = np.asarray(weights.sum(axis=1)).ravel()
         self.mean = csr_matrix(weights.multiply(1.0 / np.where(total > 0.0, total, 1.0)[:, None]))
+        self.contact = system.contact
+        self.clock = system.clock
+        self.pressure = (
+            PressureField(mesh, self.submesh, self.contact.submesh.divisions)
+            if "contact_pressure" in self.fields
+            else None
+        )
 
     def frame(self, time: float, q: np.ndarray) -> Frame:
-        """Points, element corners and fields at q (n, 3)."""
+        """Points, element corners and fields at q (n, 3).
+
+        Contact, where asked for, is evaluated at q with the sides of the last accepted state.
+        """
         stress = self.sampler(q)
         fields = {}
         for name in self.fields:
+            if name == "contact_pressure":
+                fields[name] = self._contact_pressure(q)
+                continue
             fields[name] = self.mean @ getattr(stress, name).astype(float)
             if name == "state":
                 fields[name] = np.rint(fields[name])
@@ -107,3 +121,10 @@ class Surface:
         used = self.nodes >= 0
         nodes[used] = q[self.nodes[used]]
         return Frame(time, self.interpolation @ q, nodes, fields)
+
+    def _contact_pressure(self, q: np.ndarray) -> np.ndarray:
+        """Pa, at the drawn points."""
+        with self.clock.phase("contact"):
+            self.contact.gradient(q)
+            pairs = self.contact.active_pairs()
+            return self.pressure(pairs.forces, pairs.elements, self.contact.flat_points())

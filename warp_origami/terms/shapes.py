@@ -35,6 +35,15 @@ class ShapeTable:
         return csr_matrix((self.values.ravel(), (rows, columns)), shape=(len(self.elements), coordinates.count))
 
 
+def flat_of(mesh: Mesh, elements: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """(n, 2) flat positions (m) of points of `elements` with the shape functions `values` (n, 9), paper (8).
+
+    The flat sheet is a state that they reproduce: r the flat position, r_x and r_y unit vectors.
+    """
+    values = values.reshape(-1, 3, 3)
+    return np.einsum("nk,nkd->nd", values[:, :, 0], mesh.vertices[mesh.triangles[elements]]) + values[:, :, 1:].sum(1)
+
+
 def tabulate(mesh: Mesh, elements: np.ndarray, areas: np.ndarray) -> ShapeTable:
     """Shape functions at area coordinates `areas` (n, 3) of `elements` (n,), evaluated on the CPU once per mesh."""
     n = len(elements)

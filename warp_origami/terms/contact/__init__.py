@@ -1,8 +1,9 @@
 """Self-contact of the sheet: surface-to-surface, node-to-surface and mixed, paper section 3; edges; swept test."""
 
 from .contact import Contact, ContactStatistics
+from .pressure_field import PressureField
 from .settings import ContactSettings
 from .summary import ContactSummary
 from .thickness import CREASE_RATIO
 
-__all__ = ["CREASE_RATIO", "Contact", "ContactSettings", "ContactStatistics", "ContactSummary"]
+__all__ = ["CREASE_RATIO", "Contact", "ContactSettings", "ContactStatistics", "ContactSummary", "PressureField"]
