@@ -24,6 +24,7 @@ from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.selectors import select
 from .scene import Scene
 from .terms.contact import CREASE_RATIO, Contact, ContactSummary
+from .terms.contact.friction import Friction, FrictionLaw
 from .terms.device import choose_device
 from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
 from .terms.inertia import mass_matrix
@@ -77,7 +78,7 @@ class System:
         external: gravity, pressure and forces.
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
             of the elements for gradients, m.
-        membrane, contact: terms; contact is None for a scene without it.
+        membrane, contact, friction: terms; contact and friction are None for a scene without them.
         probe_places: of each probe, the elements that touch it (k,) and its area coordinates in them (k, 3).
         device: where the kernels run.
         clock: wall time by phase.
@@ -106,6 +107,7 @@ class System:
                 self.mesh, self.coordinates, material, degree=scene.integrator.quadrature, device=self.device
             )
             self.contact = self._contact(scene) if scene.contact is not None else None
+            self.friction = self._friction(scene)
         with clock.phase("setup"):
             self.v0 = self._initial_velocity()
             self.probe_places = [
@@ -149,6 +151,13 @@ class System:
             _, contact_gradient, rows, weights = self.contact.tangent(q)
         return Linearization(gradient + contact_gradient, blocks, rows, weights, skew)
 
+    def friction_at(self, q: np.ndarray) -> Friction | None:
+        """Friction of what touches at q (n, 3), which must be what was last evaluated; None for a scene without."""
+        if self.friction is None:
+            return None
+        with self.clock.phase("contact"):
+            return self.friction.between(self.contact.active_pairs(), q)
+
     def accept(self, q: np.ndarray) -> None:
         """Tells the terms with memory (sides of contact pairs) that q is an accepted state."""
         if self.contact is not None:
@@ -179,6 +188,7 @@ class System:
             names += ["stiffness damping"] if material.stiffness_damping > 0.0 else []
         names += ["inertia (modes)"] if self.scene.analysis.kind == "modal" else []
         names += [self.contact.name] if self.contact is not None else []
+        names += [self.friction.name] if self.friction is not None else []
         names += [_load_name(load) for load in self.scene.load]
         names += ["fold lines"] if np.any(self.constraints.sources < 0) else []
         names += ["supports"] if self.scene.support else []
@@ -226,6 +236,8 @@ class System:
             face_orders=self.pattern.face_orders,
             pattern_faces=self.pattern.pattern_faces,
             device=self.device,
+            # in motion the paper's methods show what they let through; an equilibrium on the other side is an error
+            guarded=scene.analysis.kind != "dynamic",
         )
         if len(contact.coincident_layers):
             f, g = contact.coincident_layers[0]
@@ -235,6 +247,12 @@ class System:
                 "layers slightly apart, or faceOrders that say which lies above",
             )
         return contact
+
+    def _friction(self, scene: Scene) -> FrictionLaw | None:
+        settings = scene.contact
+        if settings is None or settings.friction == 0.0:
+            return None
+        return FrictionLaw(self.mesh, self.coordinates, settings.friction, settings.friction_speed)
 
     def _initial_velocity(self) -> np.ndarray:
         v = np.zeros_like(self.q0)

@@ -64,6 +64,9 @@ class Scene(Table):
             for i, probe in enumerate(self.probe)
         )
         object.__setattr__(self, "probe", probes)
+        if self.contact is not None and self.contact.friction > 0.0 and self.analysis.kind != "dynamic":
+            wants = '0 where analysis.kind is not "dynamic": friction belongs to motion in time'
+            raise fault("contact.friction", self.contact.friction, wants)
         for key in ("driver", "load"):
             completed = tuple(self._with_profile(f"{key}.{i}", item) for i, item in enumerate(getattr(self, key)))
             object.__setattr__(self, key, completed)

@@ -16,7 +16,7 @@ class Forces:
 
     Attributes:
         external: (3n,) loads.
-        damping: (3n,) damping forces, alpha M v + beta K v.
+        damping: (3n,) damping alpha M v + beta K v, and the resistance of friction.
         prescribed: (m,) forces of the constraint equations on the sheet, conjugate to d(t).
         values: (m,) d(t).
     """

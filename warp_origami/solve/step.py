@@ -1,6 +1,6 @@
 """One time step: predictor, Newton, local error, energy balance. It decides nothing and keeps nothing."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix, identity
@@ -12,7 +12,7 @@ from warp_origami.terms.sparsity import ReducedSparsity
 from .constraint_form import make_constraint_form
 from .energy import EnergyBalance, Forces
 from .generalized_alpha import GeneralizedAlpha, Kinematics
-from .newton import minimize
+from .newton import NewtonResult, minimize
 from .result import Failure
 from .step_potential import StepPotential
 
@@ -21,6 +21,9 @@ NEWTON_SHARE = 1e-4
 
 AFTER_KINK = 1e-12
 """Over the duration: how long after a kink of a profile it is looked at to see what follows."""
+
+FRICTION_PASSES = 4
+"""How often friction is taken anew within a step, at the most."""
 
 JERK_SHARE = 1e-3
 """Time over which q''' of the start is found by a difference of q'', over the first step."""
@@ -129,7 +132,7 @@ class Stepper:
             self.system.external.at(form.time),
             self._damping_matrix(before.q),
         )
-        newton = minimize(potential, self._predictor(form), NEWTON_SHARE * self.tolerance)
+        newton = self._solve(potential, before)
         if newton.failure is not None:
             return StepOutcome(newton.failure, newton.iterations)
         after = self.method.finish(before, form, newton.q.reshape(before.q.shape))
@@ -156,6 +159,22 @@ class Stepper:
             (new_balance.error - balance.error) / step,
         )
 
+    def _solve(self, potential: StepPotential, before: Kinematics) -> NewtonResult:
+        """Minimizes the potential, again and again with friction taken anew until that changes nothing."""
+        tolerance = NEWTON_SHARE * self.tolerance
+        if self.system.friction is not None:
+            self.system.evaluate(before.q)
+            potential.friction = self.system.friction_at(before.q)
+        newton = minimize(potential, self._predictor(potential.form), tolerance)
+        if self.system.friction is None:
+            return newton
+        for _ in range(FRICTION_PASSES):
+            if newton.failure is not None or potential.renew_friction(newton.q) < tolerance:
+                break
+            again = minimize(potential, newton.q, tolerance)
+            newton = replace(again, iterations=newton.iterations + again.iterations)
+        return newton
+
     def _predictor(self, form) -> np.ndarray:
         c = self.system.constraints
         prescribed = c.right_inverse @ c.values(form.time)
@@ -172,18 +191,19 @@ class Stepper:
     def _balance_without_inertia(self, time: float, q: np.ndarray, v: np.ndarray, damping_matrix) -> np.ndarray:
         external = self.system.external_force(q, self.system.external.at(time))
         gradient = self.system.evaluate(q).gradient - external
-        return gradient.ravel() + self._damping(v, damping_matrix)
+        return gradient.ravel() + self._damping(q, v, damping_matrix)
 
-    def _damping(self, v: np.ndarray, damping_matrix: csc_matrix | None) -> np.ndarray:
-        """(3n,) damping forces alpha M v + beta K_0 v."""
+    def _damping(self, q: np.ndarray, v: np.ndarray, damping_matrix: csc_matrix | None) -> np.ndarray:
+        """(3n,) damping alpha M v + beta K_0 v, and the resistance of friction, at the q that was last evaluated."""
         damping = self.material.mass_damping * (self.system.mass @ v).ravel()
         if damping_matrix is not None:
             damping = damping + self.material.stiffness_damping * (damping_matrix @ v.ravel())
-        return damping
+        friction = self.system.friction_at(q)
+        return damping if friction is None else damping + friction.resistance(v)
 
     def _forces(self, state: Kinematics, gradient: np.ndarray, damping_matrix=None) -> Forces:
         external = self.system.external_force(state.q, self.system.external.at(state.time)).ravel()
-        damping = self._damping(state.v, damping_matrix)
+        damping = self._damping(state.q, state.v, damping_matrix)
         balance = (self.system.mass @ state.acceleration + gradient).ravel() + damping - external
         constraints = self.system.constraints
         return Forces(external, damping, constraints.right_inverse.T @ balance, constraints.values(state.time))

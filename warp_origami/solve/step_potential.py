@@ -3,16 +3,18 @@
     Phi(q) = 1/2 b |q - q_b|_M^2 + 1/2 alpha g |q - q_g|_M^2 + U(q) + U_contact(q) - W(q) + 1/2 beta g |q - q_g|_K0^2
 
 whose gradient is the force balance (57) at the end of the step, with q'' = b (q - q_b) and v = g (q - q_g). The matrix
-K_0 of stiffness damping (55) is the tangent at the start of the step. Follower pressure on a free edge has no potential
+K_0 of stiffness damping (55) is the tangent at the start of the step. Friction adds D(v) / g, whose gradient is its
+resistance; the normal forces and places of contact in D are held, and taken anew between minimizations. Follower pressure on a free edge has no potential
 W; then "gradient" means the force balance, and its derivative is not symmetric.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from scipy.sparse import csc_matrix, csr_matrix, vstack
 
-from warp_origami.system import System
+from warp_origami.system import Linearization, System
+from warp_origami.terms.contact.friction import Friction
 from warp_origami.terms.external import ExternalForce
 
 from .constraint_form import ConstraintForm, NewtonFactor
@@ -32,6 +34,7 @@ class StepPotential:
         external: the external force at the end of the step.
         damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
+        friction: with what it holds; None without.
     """
 
     system: System
@@ -40,12 +43,16 @@ class StepPotential:
     external: ExternalForce
     damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
+    friction: Friction | None = None
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
         return self._balance(q, self.system.evaluate(q.reshape(-1, 3)).gradient)
 
     def linearize(self, q: np.ndarray):
-        linearization = self.system.linearize(q.reshape(-1, 3), self.external)
+        x = q.reshape(-1, 3)
+        linearization = self.system.linearize(x, self.external)
+        if self.friction is not None:
+            linearization = self._with_friction(linearization, x)
         material = self.system.scene.material
         inertia = self.form.b + material.mass_damping * self.form.g
         damping = material.stiffness_damping * self.form.g
@@ -54,6 +61,24 @@ class StepPotential:
             if self.factor is not None:
                 return self._balance(q, linearization.gradient), self.factor.direction
         return Failure("the Newton matrix is not positive definite", "smaller steps, or more mass_damping")
+
+    def renew_friction(self, q: np.ndarray) -> float:
+        """Takes normal forces and places of contact anew at q; returns how far about that moves the minimum, m."""
+        x = q.reshape(-1, 3)
+        v = self.form.g * (x - self.form.q_g)
+        held = self.friction.resistance(v)
+        self.system.evaluate(x)
+        self.friction = self.system.friction_at(x)
+        return self.size(self.factor.direction(self.friction.resistance(v) - held))
+
+    def _with_friction(self, linearization: Linearization, x: np.ndarray) -> Linearization:
+        form = self.form
+        rows, weights = self.friction.tangent(form.g * (x - form.q_g))
+        return replace(
+            linearization,
+            contact_rows=csr_matrix(vstack([linearization.contact_rows, rows])),
+            contact_weights=np.concatenate([linearization.contact_weights, form.g * weights]),
+        )
 
     def size(self, step: np.ndarray) -> float:
         """Largest displacement that a row of q causes, m."""
@@ -77,4 +102,6 @@ class StepPotential:
         balance = (self.system.mass @ inertia + gradient - external).ravel()
         if self.damping_matrix is not None:
             balance += material.stiffness_damping * form.g * (self.damping_matrix @ (x - form.q_g).ravel())
+        if self.friction is not None:
+            balance += self.friction.resistance(form.g * (x - form.q_g))
         return balance

@@ -27,11 +27,15 @@ class ActivePairs:
 
     def gap_rows(self) -> csr_matrix:
         """(k, 3 n) gradient of each gap with respect to q.ravel(); entries of one column are to be summed."""
+        return self.rows_along(self.normals)
+
+    def rows_along(self, directions: np.ndarray) -> csr_matrix:
+        """(k, 3 n) the same of the relative displacements along directions (k, 3)."""
         scalar = self.factors
-        normals = np.repeat(self.normals, np.diff(scalar.indptr), axis=0)
+        directions = np.repeat(directions, np.diff(scalar.indptr), axis=0)
         return csr_matrix(
             (
-                (scalar.data[:, None] * normals).ravel(),
+                (scalar.data[:, None] * directions).ravel(),
                 (3 * scalar.indices[:, None] + np.arange(3)).ravel(),
                 3 * scalar.indptr,
             ),
