@@ -65,13 +65,6 @@ class Contact(Table):
     thickness: Positive | None = Field(
         default=None, description="a number > 0, m: layers closer than this touch (unless given: material.thickness)"
     )
-    friction: Annotated[Number, Field(ge=0.0)] = Field(
-        default=0.0, description="a number >= 0: coefficient of Coulomb friction between layers"
-    )
-    friction_speed: Positive = Field(
-        default=1e-3,
-        description="a number > 0, m/s: layers that stick creep up to about this fast, small against what moves them",
-    )
     exact: bool = Field(
         default=False, description="true: layers never come closer than the thickness; false: they press into it"
     )
