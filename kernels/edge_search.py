@@ -1,10 +1,9 @@
-"""Which edges may touch each other: hash grid over the chords of their parts.
+"""Which edges may touch each other: boxes around their parts, and the distance of their chords.
 
     candidates = { (i, j), i < j : distance of chords - bulge_i - bulge_j <= radius }
 
-Every edge is split into equal parts; the bulge is a bound of how far the curve of a part lies from its chord. Exact:
-the pairs are counted whether or not the arrays hold them all; if not, larger ones are filled anew. Edges that share a
-vertex are no pair.
+Every edge is split into equal parts; the bulge is a bound of how far the curve of a part lies from its chord. Edges
+that share a vertex are no pair.
 """
 
 import warp as wp
@@ -13,6 +12,7 @@ from .edge_curve import closest_on_segments, curve_point
 from .precision import real, vec2, vec3
 
 EIGHTH = wp.constant(real(0.125))
+FAR = wp.constant(real(wp.inf))
 
 
 @wp.struct
@@ -22,16 +22,6 @@ class Part:
     start: vec3
     along: vec3
     bulge: real
-
-
-@wp.struct
-class PartPairs:
-    """Found pairs of parts in any order, the least distance their curves can have (m), and (1,) how many there are."""
-
-    count: wp.array(dtype=wp.int32)
-    first: wp.array(dtype=wp.int32)
-    second: wp.array(dtype=wp.int32)
-    distances: wp.array(dtype=real)
 
 
 @wp.func
@@ -59,14 +49,15 @@ def place_parts(
     controls: wp.array(dtype=vec3),
     divisions: int,
     # out
-    middles: wp.array(dtype=vec3),
-    sizes: wp.array(dtype=real),
+    low: wp.array(dtype=vec3),
+    high: wp.array(dtype=vec3),
 ):
-    """Middle of each part's chord and the distance from there within which its curve lies."""
+    """Box around the curve of each part."""
     i = wp.tid()
     p = part_of(controls, i // divisions, i % divisions, divisions)
-    middles[i] = p.start + real(0.5) * p.along
-    sizes[i] = real(0.5) * wp.length(p.along) + p.bulge
+    bulge = vec3(p.bulge, p.bulge, p.bulge)
+    low[i] = wp.min(p.start, p.start + p.along) - bulge
+    high[i] = wp.max(p.start, p.start + p.along) + bulge
 
 
 @wp.func
@@ -81,30 +72,21 @@ def share_vertex(vertices: wp.array2d(dtype=wp.int32), a: int, b: int):
 
 @wp.kernel(enable_backward=False)
 def find_part_pairs(
-    grid: wp.uint64,
-    middles: wp.array(dtype=vec3),
-    sizes: wp.array(dtype=real),
-    largest: real,
-    radius: real,
+    first: wp.array(dtype=wp.int32),
+    second: wp.array(dtype=wp.int32),
     controls: wp.array(dtype=vec3),
     vertices: wp.array2d(dtype=wp.int32),
     divisions: int,
     # out
-    found: PartPairs,
+    distances: wp.array(dtype=real),
 ):
-    """Pairs of parts within `radius` of each other; counts on beyond the arrays' size, so that the caller can tell."""
-    i = wp.tid()
-    edge = i // divisions
-    part = part_of(controls, edge, i % divisions, divisions)
-    for j in wp.hash_grid_query(grid, middles[i], radius + sizes[i] + largest):
-        if j > i and wp.length(middles[j] - middles[i]) <= radius + sizes[i] + sizes[j]:
-            if not share_vertex(vertices, edge, j // divisions):
-                other = part_of(controls, j // divisions, j % divisions, divisions)
-                at = closest_on_segments(part.start, part.along, other.start, other.along, real(0.5))
-                distance = least_distance(part, other, at)
-                if distance <= radius:
-                    place = wp.atomic_add(found.count, 0, 1)
-                    if place < found.first.shape[0]:
-                        found.first[place] = i
-                        found.second[place] = j
-                        found.distances[place] = distance
+    """Least distance (m) that the curves of parts first[n] and second[n] can have; infinite where they are no pair."""
+    n = wp.tid()
+    i = wp.min(first[n], second[n])
+    j = wp.max(first[n], second[n])
+    if share_vertex(vertices, i // divisions, j // divisions):
+        distances[n] = FAR
+        return
+    a = part_of(controls, i // divisions, i % divisions, divisions)
+    b = part_of(controls, j // divisions, j % divisions, divisions)
+    distances[n] = least_distance(a, b, closest_on_segments(a.start, a.along, b.start, b.along, real(0.5)))

@@ -1,10 +1,6 @@
-"""Which features of the sub-triangles are near each other: hash grids over points and over middles of edges.
+"""Which features of the sub-triangles are near each other: the distance of those whose boxes overlap.
 
-    near = { (A, B) : distance(A, B) <= radius, A and B share no point }      A, B a vertex and a triangle, or two edges
-
-The longer of two edges finds the shorter one, whose middle is at most half of both lengths and the radius away from its
-own: every feature queries with its own size, so that graded meshes cost no more than even ones. Exact: the pairs are
-counted whether or not the arrays hold them all; if not, larger ones are filled anew.
+near = { (A, B) : distance(A, B) <= radius, A and B share no point }      A, B a vertex and a triangle, or two edges
 """
 
 import warp as wp
@@ -21,19 +17,7 @@ from .swept import (
     gap_along,
 )
 
-
-@wp.struct
-class NearPairs:
-    """Found pairs in any order, their distances (m; zero or less where they touch), and (1,) how many there are.
-
-    kinds: VERTEX_TRIANGLE (first: point, second: triangle) or EDGE_EDGE (two edges).
-    """
-
-    count: wp.array(dtype=wp.int32)
-    kinds: wp.array(dtype=wp.int32)
-    firsts: wp.array(dtype=wp.int32)
-    seconds: wp.array(dtype=wp.int32)
-    distances: wp.array(dtype=real)
+FAR = wp.constant(real(wp.inf))
 
 
 @wp.func
@@ -57,72 +41,49 @@ def distance_within(kind: int, d: Differences, radius: real):
     return distance
 
 
-@wp.func
-def note_pair(
-    kind: int,
-    first: int,
-    second: int,
-    radius: real,
-    positions: wp.array(dtype=vec3),
-    features: Features,
-    pairs: NearPairs,
-):
-    """Adds a pair if it is near."""
-    distance = distance_within(kind, differences_of(kind, first, second, features, positions), radius)
-    if distance <= radius:
-        place = wp.atomic_add(pairs.count, 0, 1)
-        if place < pairs.kinds.shape[0]:
-            pairs.kinds[place] = kind
-            pairs.firsts[place] = first
-            pairs.seconds[place] = second
-            pairs.distances[place] = distance
-
-
 @wp.kernel(enable_backward=False)
 def find_vertices_near_triangles(
-    grid: wp.uint64,
+    points: wp.array(dtype=wp.int32),
+    triangles: wp.array(dtype=wp.int32),
     positions: wp.array(dtype=vec3),
     radius: real,
     features: Features,
     # out
-    pairs: NearPairs,
+    distances: wp.array(dtype=real),
 ):
-    """Points within `radius` of each triangle but for its corners; `grid` holds the points."""
-    triangle = wp.tid()
-    a = positions[features.triangles[triangle, 0]]
-    b = positions[features.triangles[triangle, 1]]
-    c = positions[features.triangles[triangle, 2]]
+    """Distance of points[i] from triangles[i], m, as distance_within; infinite for corners of the triangle."""
+    i = wp.tid()
+    point = points[i]
+    triangle = triangles[i]
+    distances[i] = FAR
+    g = features.groups[point]
     ga = features.groups[features.triangles[triangle, 0]]
     gb = features.groups[features.triangles[triangle, 1]]
     gc = features.groups[features.triangles[triangle, 2]]
-    centre = (a + b + c) / real(3.0)
-    size = wp.max(wp.max(wp.length(a - centre), wp.length(b - centre)), wp.length(c - centre))
-    for point in wp.hash_grid_query(grid, centre, radius + size):
-        g = features.groups[point]
-        if g != ga and g != gb and g != gc:
-            note_pair(VERTEX_TRIANGLE, point, triangle, radius, positions, features, pairs)
+    if g != ga and g != gb and g != gc:
+        differences = differences_of(VERTEX_TRIANGLE, point, triangle, features, positions)
+        distances[i] = distance_within(VERTEX_TRIANGLE, differences, radius)
 
 
 @wp.kernel(enable_backward=False)
 def find_edges_near_edges(
-    grid: wp.uint64,
-    middles: wp.array(dtype=vec3),
-    lengths: wp.array(dtype=real),
+    firsts: wp.array(dtype=wp.int32),
+    seconds: wp.array(dtype=wp.int32),
     positions: wp.array(dtype=vec3),
     radius: real,
     features: Features,
     # out
-    pairs: NearPairs,
+    distances: wp.array(dtype=real),
 ):
-    """Shorter edges within `radius` of each edge that share no point with it; `grid` holds the middles."""
-    edge = wp.tid()
-    length = lengths[edge]
-    ga = features.groups[features.edges[edge, 0]]
-    gb = features.groups[features.edges[edge, 1]]
-    for other in wp.hash_grid_query(grid, middles[edge], radius + length):
-        if lengths[other] < length or (lengths[other] == length and other < edge):
-            gc = features.groups[features.edges[other, 0]]
-            ge = features.groups[features.edges[other, 1]]
-            if ga != gc and ga != ge and gb != gc and gb != ge:
-                # one order of the two whichever is longer: what is found later must not depend on the state here
-                note_pair(EDGE_EDGE, wp.max(edge, other), wp.min(edge, other), radius, positions, features, pairs)
+    """Distance of two edges, m, as distance_within; infinite where they share a point."""
+    i = wp.tid()
+    # one order of the two whichever was looked up: what is found later must not depend on the state here
+    first = wp.max(firsts[i], seconds[i])
+    second = wp.min(firsts[i], seconds[i])
+    distances[i] = FAR
+    ga = features.groups[features.edges[first, 0]]
+    gb = features.groups[features.edges[first, 1]]
+    gc = features.groups[features.edges[second, 0]]
+    ge = features.groups[features.edges[second, 1]]
+    if ga != gc and ga != ge and gb != gc and gb != ge:
+        distances[i] = distance_within(EDGE_EDGE, differences_of(EDGE_EDGE, first, second, features, positions), radius)

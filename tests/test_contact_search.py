@@ -52,7 +52,6 @@ def test_equals_brute_force(radius, seed):
     apart = 0.05
     nodes, slaves = positions[: points.node_count], positions[points.node_count :]
     search = Search(points, submesh, apart, "cpu")
-    search._allocate(3)
     found = search.within(wp.array(slaves, dtype=vec3), wp.array(nodes, dtype=vec3), radius)
 
     near = distances(slaves, nodes[submesh.triangles])

@@ -7,9 +7,10 @@ import warp as wp
 
 from warp_origami.kernels import swept_search
 from warp_origami.kernels.precision import real, vec3
-from warp_origami.kernels.swept import Features
+from warp_origami.kernels.swept import EDGE_EDGE, VERTEX_TRIANGLE, Features
 from warp_origami.model.submesh import Submesh
 
+from .box_pairs import joined, near_pairs
 from .features import SweptFeatures
 
 
@@ -20,7 +21,8 @@ class NearFeatures:
     Attributes:
         positions: (np, 3) of the points for which they were found, m.
         radius: all pairs up to this distance are there, m.
-        kinds, firsts, seconds: (n,) int32, see kernels.swept_search.NearPairs.
+        kinds: (n,) int32 VERTEX_TRIANGLE or EDGE_EDGE of kernels.swept.
+        firsts, seconds: (n,) int32 point and triangle, or the two edges, the first of larger number.
         distances: (n,) m; zero or less where they touch.
         arrays: kinds, firsts and seconds on the device.
     """
@@ -43,63 +45,45 @@ class FeatureSearch:
     """
 
     def __init__(self, submesh: Submesh, features: SweptFeatures, device: str) -> None:
-        self._device, self._edges = device, features.edges
+        self._device = device
         self.features = Features()
         self.features.triangles = wp.array(features.triangles, dtype=wp.int32, device=device)
         self.features.edges = wp.array(features.edges, dtype=wp.int32, device=device)
         self.features.groups = wp.array(features.groups, dtype=wp.int32, device=device)
-        self._triangle_count = len(features.triangles)
+        self._corners = np.ascontiguousarray(features.triangles.T)
+        self._ends = np.ascontiguousarray(features.edges.T)
         ends = submesh.flat[features.edges]
         self.typical_length = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
-        self._points_grid = _grid(len(submesh.flat), device)
-        self._middles_grid = _grid(len(features.edges), device)
-        self._allocate(1024)
 
     def within(self, positions: np.ndarray, radius: float) -> NearFeatures:
         """All pairs closer than `radius` (m) where the points are at `positions` (np, 3)."""
-        ends = positions[self._edges]
         points = wp.array(positions, dtype=vec3, device=self._device)
-        middles = wp.array(0.5 * (ends[:, 0] + ends[:, 1]), dtype=vec3, device=self._device)
-        lengths = wp.array(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), dtype=real, device=self._device)
-        cell = radius + self.typical_length
-        self._points_grid.build(points, cell)
-        self._middles_grid.build(middles, cell)
-        point_inputs = [wp.uint64(self._points_grid.id), points, real(radius), self.features]
-        edge_inputs = [wp.uint64(self._middles_grid.id), middles, lengths, points, real(radius), self.features]
-        while True:
-            self._found.count.zero_()
-            self._launch(swept_search.find_vertices_near_triangles, self._triangle_count, point_inputs)
-            self._launch(swept_search.find_edges_near_edges, len(self._edges), edge_inputs)
-            total = int(self._found.count.numpy()[0])
-            if total <= self._found.kinds.shape[0]:
-                break
-            self._allocate(total + total // 4)
-        return self._sorted(positions, radius, total)
 
-    def _sorted(self, positions: np.ndarray, radius: float, total: int) -> NearFeatures:
-        found = self._found
-        kinds, firsts, seconds, distances = (
-            array[:total].numpy() for array in (found.kinds, found.firsts, found.seconds, found.distances)
-        )
+        def distances_by(kernel: wp.Kernel):
+            def distances_of(firsts: wp.array, seconds: wp.array) -> wp.array:
+                distances = wp.empty(len(firsts), dtype=real, device=self._device)
+                inputs = [firsts, seconds, points, real(radius), self.features]
+                wp.launch(kernel, dim=len(firsts), inputs=inputs, outputs=[distances], device=self._device)
+                return distances
+
+            return distances_of
+
+        a, b, c = (positions[corner] for corner in self._corners)
+        boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        near = distances_by(swept_search.find_vertices_near_triangles)
+        vertices, triangles, apart = joined(near_pairs(points, points, boxes, radius, near))
+
+        a, b = (positions[end] for end in self._ends)
+        boxes = np.minimum(a, b), np.maximum(a, b)
+        low, high = (wp.array(corner, dtype=vec3, device=self._device) for corner in boxes)
+        near = distances_by(swept_search.find_edges_near_edges)
+        one, other, between = joined(near_pairs(low, high, boxes, radius, near, among=True))
+
+        kinds = np.repeat(np.array([VERTEX_TRIANGLE, EDGE_EDGE], dtype=np.int32), [len(apart), len(between)])
+        firsts = np.concatenate([vertices, np.maximum(one, other)])
+        seconds = np.concatenate([triangles, np.minimum(one, other)])
+        distances = np.concatenate([apart, between])
         order = np.lexsort((seconds, firsts, kinds, distances))  # whatever order they were found in
         kinds, firsts, seconds, distances = (array[order] for array in (kinds, firsts, seconds, distances))
         arrays = tuple(wp.array(array, dtype=wp.int32, device=self._device) for array in (kinds, firsts, seconds))
         return NearFeatures(positions, radius, kinds, firsts, seconds, distances, arrays)
-
-    def _allocate(self, capacity: int) -> None:
-        """Room for so many pairs; a search that finds more is repeated with more room."""
-        self._found = swept_search.NearPairs()
-        self._found.count = wp.zeros(1, dtype=wp.int32, device=self._device)
-        self._found.kinds = wp.empty(capacity, dtype=wp.int32, device=self._device)
-        self._found.firsts = wp.empty(capacity, dtype=wp.int32, device=self._device)
-        self._found.seconds = wp.empty(capacity, dtype=wp.int32, device=self._device)
-        self._found.distances = wp.empty(capacity, dtype=real, device=self._device)
-
-    def _launch(self, kernel: wp.Kernel, dim: int, inputs: list) -> None:
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=[self._found], device=self._device)
-
-
-def _grid(count: int, device: str) -> wp.HashGrid:
-    """Hash grid for so many points: about one cell per point in a cube."""
-    dimension = int(np.clip(2 ** np.ceil(np.log2(2.0 * max(count, 1) ** (1 / 3))), 16, 128))
-    return wp.HashGrid(dimension, dimension, dimension, device=device, dtype=real)

@@ -1,5 +1,6 @@
 """Which points may touch which layers: the launches of the broad phase."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,9 +8,11 @@ import warp as wp
 
 from warp_origami.kernels import broadphase
 from warp_origami.kernels.closest_point import Surface
+from warp_origami.kernels.ownership import Ownership
 from warp_origami.kernels.precision import real, vec3
 from warp_origami.model.submesh import Submesh
 
+from .box_pairs import Part, joined, near_pairs
 from .points import ContactPoints
 
 
@@ -35,11 +38,7 @@ class LayerPairs:
 
 
 class Search:
-    """Finds all pairs of a slave point and a sub-triangle within a radius, on a hash grid over the slave points.
-
-    The grid's cells follow the search radius and the size of the sub-triangles; every sub-triangle queries with its own
-    size, so graded meshes are searched completely. Arrays that are too small grow and the search is repeated: no pair
-    is ever dropped.
+    """Finds all pairs of a slave point and a sub-triangle within a radius: points look into a grid of sub-triangles.
 
     Attributes:
         layer_count: number of faces.
@@ -55,24 +54,20 @@ class Search:
         self._rank[order] = np.arange(len(order))
         self._face_starts = np.searchsorted(submesh.triangle_faces[order], np.arange(self.layer_count + 1))
 
+        self._corners = np.ascontiguousarray(submesh.triangles.T)
+        self._at_rim = submesh.outer_corners.any(axis=1)
         side = [1, 2, 4]
         outer = submesh.outer_edges @ side + 8 * (submesh.outer_corners @ side)
         self._triangles = wp.array(submesh.triangles, dtype=wp.int32, device=device)
         self._outer = wp.array(outer.astype(np.int32), device=device)
         flat = np.pad(points.flat, ((0, 0), (0, 1)))
-        self._ownership = broadphase.Ownership()
+        self._ownership = Ownership()
         self._ownership.faces = wp.array(submesh.triangle_faces, dtype=wp.int32, device=device)
         self._ownership.starts = wp.array(points.owner_starts, dtype=wp.int32, device=device)
         self._ownership.owners = wp.array(points.owners, dtype=wp.int32, device=device)
         self._ownership.points = wp.array(flat[points.node_count :], dtype=vec3, device=device)
         self._ownership.flat = self.surface(wp.array(flat[: points.node_count], dtype=vec3, device=device))
         self._ownership.apart = apart
-
-        self._allocate(4 * points.slave_count)
-        self._sub_size = float(np.sqrt(2.0 * np.median(submesh.triangle_areas)))
-        # about one cell per point in a cube; fewer cells would only make the hash collide more often
-        dimension = int(np.clip(2 ** np.ceil(np.log2(2.0 * max(points.slave_count, 1) ** (1 / 3))), 16, 128))
-        self._grid = wp.HashGrid(dimension, dimension, dimension, device=device, dtype=real)
 
     def surface(self, nodes: wp.array) -> Surface:
         """The sub-triangulated surface with nodes at `nodes`, for launches."""
@@ -90,35 +85,50 @@ class Search:
         """Names of pairs."""
         return points.astype(np.int64) * self.layer_count + layers
 
+    def points_of(self, keys: np.ndarray) -> np.ndarray:
+        """Slave points of pairs."""
+        return keys // self.layer_count
+
     def layers_of(self, keys: np.ndarray) -> np.ndarray:
         """Layers of pairs."""
         return keys % self.layer_count
 
     def within(self, slaves: wp.array, nodes: wp.array, radius: float) -> LayerPairs:
         """All pairs with a sub-triangle within `radius` (m) of the point."""
-        self._grid.build(slaves, radius + self._sub_size)
-        inputs = [wp.uint64(self._grid.id), slaves, real(radius), self.surface(nodes), self._ownership]
-        while True:
-            self._found.count.zero_()
-            self._launch(broadphase.find_candidates, len(self._rank), inputs, [self._found])
-            total = int(self._found.count.numpy()[0])
-            if total <= self._found.points.shape[0]:
-                break
-            self._allocate(total + total // 4)
-        found = (self._found.points, self._found.triangles, self._found.distances)
-        return self.grouped(*(array[:total].numpy() for array in found))
+        return self.grouped(*joined(self._near(slaves, nodes, radius, self._by_face)))
 
-    def _allocate(self, capacity: int) -> None:
-        """Room for so many candidates; a search that finds more is repeated with more room."""
-        self._found = broadphase.Candidates()
-        self._found.count = wp.zeros(1, dtype=wp.int32, device=self._device)
-        self._found.points = wp.empty(capacity, dtype=wp.int32, device=self._device)
-        self._found.triangles = wp.empty(capacity, dtype=wp.int32, device=self._device)
-        self._found.distances = wp.empty(capacity, dtype=real, device=self._device)
+    def distances(
+        self, slaves: wp.array, nodes: wp.array, radius: float, rims: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Names of all pairs within `radius` (m), increasing, and their distances, m.
+
+        Args:
+            rims: look at the sub-triangles along the outer boundary of every layer only, which are those nearest to
+                points beside it.
+        """
+        members = self._by_face[self._at_rim[self._by_face]] if rims else self._by_face
+        parts = [self.grouped(*part) for part in self._near(slaves, nodes, radius, members)]
+        none = (np.zeros(0, dtype=np.int64), np.zeros(0))
+        keys, distances = zip(none, *((part.keys, part.distances) for part in parts), strict=True)
+        return np.concatenate(keys), np.concatenate(distances)
+
+    def _near(self, slaves: wp.array, nodes: wp.array, radius: float, members: np.ndarray) -> Iterator[Part]:
+        """Points, sub-triangles and distances, by point."""
+        surface = self.surface(nodes)
+
+        def distances_of(points: wp.array, triangles: wp.array) -> wp.array:
+            distances = wp.empty(len(points), dtype=real, device=self._device)
+            inputs = [points, triangles, slaves, real(radius), surface, self._ownership]
+            self._launch(broadphase.find_candidates, len(points), inputs, [distances])
+            return distances
+
+        a, b, c = (nodes.numpy()[corner] for corner in self._corners)
+        boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        return near_pairs(slaves, slaves, boxes, radius, distances_of, members)
 
     def whole_layers(self, keys: np.ndarray) -> LayerPairs:
         """Given pairs with all sub-triangles of their layers that may touch the point; without distances."""
-        points, layers = keys // self.layer_count, self.layers_of(keys)
+        points, layers = self.points_of(keys), self.layers_of(keys)
         sizes = self._face_starts[layers + 1] - self._face_starts[layers]
         offsets = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
         triangles = self._by_face[np.repeat(self._face_starts[layers], sizes) + offsets]
@@ -136,8 +146,10 @@ class Search:
     def grouped(self, points: np.ndarray, triangles: np.ndarray, distances: np.ndarray) -> LayerPairs:
         """Candidates in whatever order as pairs of points and layers."""
         # one integer that sorts by point, layer, sub-triangle: the result does not depend on the order of the search
-        order = np.argsort(points.astype(np.int64) * len(self._rank) + self._rank[triangles])
-        points, triangles, distances = points[order], triangles[order], distances[order]
+        names = points.astype(np.int64) * len(self._rank) + self._rank[triangles]
+        if np.any(names[1:] < names[:-1]):
+            order = np.argsort(names, kind="stable")
+            points, triangles, distances = points[order], triangles[order], distances[order]
         keys = self.key_of(points, self._faces[triangles])
         first = np.flatnonzero(np.diff(keys, prepend=-1))
         nearest = np.minimum.reduceat(distances, first) if len(first) else np.zeros(0)

@@ -63,11 +63,13 @@ def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, th
     below = ROUND_OFF * float(np.linalg.norm(np.ptp(points.flat, axis=0)))
     for positions, radius in ((flat, thickness / CREASE_RATIO), (start, thickness)):
         nodes, slaves = positions[: points.node_count], positions[points.node_count :]
-        pairs = search.within(search.upload(slaves), search.upload(nodes), radius)
-        name, limit = pairs.keys, pairs.distances - below
+        # in the flat sheet a point lies beside a layer, in the start it may lie over it
+        name, distances = search.distances(search.upload(slaves), search.upload(nodes), radius, rims=positions is flat)
+        limit = distances - below
         if positions is flat:
-            same_sheet = points.sheets[pairs.layers] == points.sheets[points.owners[points.owner_starts[pairs.points]]]
-            name, limit = name[same_sheet], CREASE_RATIO * pairs.distances[same_sheet]
+            own = points.owners[points.owner_starts[search.points_of(name)]]
+            same_sheet = points.sheets[search.layers_of(name)] == points.sheets[own]
+            name, limit = name[same_sheet], CREASE_RATIO * distances[same_sheet]
         keys.append(name)
         limits.append(limit)
     name, inverse = np.unique(np.concatenate(keys), return_inverse=True)
@@ -75,4 +77,5 @@ def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, th
     for row, places in enumerate(np.split(inverse, [len(keys[0])])):
         table[row, places] = limits[row]
     values = np.minimum(table.min(axis=0), thickness)
-    return ThicknessTable(thickness, name, values, table[0] <= table[1])
+    thin = values < thickness
+    return ThicknessTable(thickness, name[thin], values[thin], (table[0] <= table[1])[thin])
