@@ -5,10 +5,10 @@
     g = |d| - h      where P lies on the outer boundary of the layer, or s is free (0)
     dg/dx = s n,   dg/dq_i = -s S_i(P) n,   n = delta / d
 
-h is the distance at which the pair begins to press; (30) has (th_M + th_S) / 2. The gap is measured to the closest point of the
-whole layer, one force per point and layer: so it is continuous between elements and never counted twice. The nearest
-plane sub-triangles of each element start the projection on its cubic surface; dP/dq does not matter, because delta is
-orthogonal to every way that P can go.
+h is the distance at which the pair begins to press; (30) has (th_M + th_S) / 2. The gap is measured to the closest
+point of the whole layer, one force per point and layer: so it is continuous between elements and never counted twice.
+The nearest plane sub-triangles of each element start the projection on its cubic surface; dP/dq does not matter,
+because delta is orthogonal to every way that P can go.
 """
 
 import warp as wp

@@ -22,9 +22,13 @@ from .model.locate import locate
 from .model.mesh import Mesh
 from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.selectors import select
+from .model.submesh import default_divisions
 from .scene import Scene
+from .scene.approach import expected_approach
+from .scene.settings import Contact as ContactTable
 from .terms.contact import CREASE_RATIO, Contact, ContactSummary
 from .terms.contact.friction import Friction, FrictionLaw
+from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
 from .terms.device import choose_device
 from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
 from .terms.inertia import mass_matrix
@@ -79,6 +83,7 @@ class System:
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
             of the elements for gradients, m.
         membrane, contact, friction: terms; contact and friction are None for a scene without them.
+        contact_settings: the scene's table of contact with numbers for every "auto"; None without contact.
         probe_places: of each probe, the elements that touch it (k,) and its area coordinates in them (k, 3).
         device: where the kernels run.
         clock: wall time by phase.
@@ -106,6 +111,7 @@ class System:
             self.membrane = Membrane(
                 self.mesh, self.coordinates, material, degree=scene.integrator.quadrature, device=self.device
             )
+            self.contact_settings = self._contact_settings(scene) if scene.contact is not None else None
             self.contact = self._contact(scene) if scene.contact is not None else None
             self.friction = self._friction(scene)
         with clock.phase("setup"):
@@ -231,7 +237,7 @@ class System:
         contact = Contact(
             self.mesh,
             self.coordinates,
-            scene.contact,
+            self.contact_settings,
             self.q0,
             face_orders=self.pattern.face_orders,
             pattern_faces=self.pattern.pattern_faces,
@@ -247,6 +253,25 @@ class System:
                 "layers slightly apart, or faceOrders that say which lies above",
             )
         return contact
+
+    def _contact_settings(self, scene: Scene) -> ContactTable:
+        """The scene's table with the numbers that stand for every "auto"."""
+        contact, material = scene.contact, scene.material
+        if "auto" not in (contact.sts_stiffness, contact.nts_stiffness):
+            return contact
+        velocities = self._initial_velocity()[self.coordinates.positions[self.coordinates.positions >= 0]]
+        approach = expected_approach(scene, self.mesh, self.constraints, velocities)
+        speed = approach.speed if contact.expected_speed == "auto" else contact.expected_speed
+        depth = contact.target_penetration * contact.thickness
+        divisions = default_divisions(len(self.mesh.triangles))
+        element = float(self.mesh.areas.mean())
+        film = Film(material.density * material.thickness, element, 2.0 * element / divisions**2)
+        found = {
+            "sts_stiffness": surface_stiffness(film, speed, approach.pressure, depth),
+            "nts_stiffness": node_stiffness(film, speed, approach.pressure, approach.force, depth),
+        }
+        numbers = {key: value for key, value in found.items() if getattr(contact, key) == "auto"}
+        return contact.model_copy(update={"expected_speed": speed, **numbers})
 
     def _friction(self, scene: Scene) -> FrictionLaw | None:
         settings = scene.contact
@@ -318,6 +343,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("kernel modules", ", ".join(system.kernel_modules)),
     ]
     if system.contact is not None:
+        lines += _describe_stiffness(scene.contact, system.contact_settings)
         lines += _describe_contact(system.contact.summary())
     return lines
 
@@ -328,6 +354,15 @@ def _describe_analysis(scene: Scene) -> str:
         return f"dynamic, {analysis.duration:g} s"
     steps = f"{analysis.load_steps} load steps or more"
     return f"static, {steps}" if analysis.kind == "static" else f"modal, {analysis.count} frequencies after {steps}"
+
+
+def _describe_stiffness(given: ContactTable, used: ContactTable) -> list[tuple[str, str]]:
+    keys = {"sts": ["sts_stiffness"], "nts": ["nts_stiffness"]}.get(used.method, ["sts_stiffness", "nts_stiffness"])
+    of = {"sts_stiffness": "N/m^3 of surfaces", "nts_stiffness": "N/m of nodes" + " and edges" * (len(keys) == 2)}
+    line = ", ".join(f"{getattr(used, key):.4g} {of[key]}" for key in keys)
+    if any(getattr(given, key) == "auto" for key in keys):
+        line += f"; for a penetration of {used.target_penetration:g} of the thickness at {used.expected_speed:.4g} m/s"
+    return [("contact stiffness", line + ("; never closer than the thickness" if used.exact else ""))]
 
 
 def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from .base import NAME_WANTS, AsTuple, Count, Name, Number, Positive, Table, Vector2, fault
+from .base import NAME_WANTS, AsTuple, Count, Name, NotNegative, Number, Positive, Table, Vector2, fault
 
 FIELDS = ("von_mises", "s1", "s2", "state", "contact_pressure")
 FieldName = Literal["von_mises", "s1", "s2", "state", "contact_pressure"]
@@ -60,8 +60,18 @@ class Contact(Table):
     """Penalty contact of the sheet with itself."""
 
     method: Literal["mixed", "sts", "nts"] = Field(default="mixed", description='"mixed", "sts" or "nts"')
-    sts_stiffness: Positive = Field(default=1e8, description="a number > 0: surface-to-surface penalty, N/m^3")
-    nts_stiffness: Positive = Field(default=3e6, description="a number > 0: node-to-surface penalty, N/m")
+    sts_stiffness: Literal["auto"] | Positive = Field(
+        default=1e8, description='"auto" or a number > 0: surface-to-surface penalty, N/m^3'
+    )
+    nts_stiffness: Literal["auto"] | Positive = Field(
+        default=3e6, description='"auto" or a number > 0: node-to-surface and edge-to-edge penalty, N/m'
+    )
+    target_penetration: Annotated[Positive, Field(le=0.5)] = Field(
+        default=0.01, description='a number > 0 and <= 0.5: penetration over the thickness that "auto" is to allow'
+    )
+    expected_speed: Literal["auto"] | NotNegative = Field(
+        default="auto", description='"auto" or a number >= 0, m/s: speed at which layers meet, for stiffness "auto"'
+    )
     thickness: Positive | None = Field(
         default=None, description="a number > 0, m: layers closer than this touch (unless given: material.thickness)"
     )

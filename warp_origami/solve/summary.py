@@ -75,9 +75,19 @@ def summarize(system: System, constraint_form, balance: EnergyBalance, counters:
         "phases": dict(system.clock.seconds),
         "peak_memory_bytes": peak_memory(),
         "max_penetration": counters.max_penetration,
+        **_contact_numbers(system),
         "energy_gain": balance.gain,
         "energy_loss": balance.loss,
     }
+
+
+def _contact_numbers(system: System) -> dict[str, float]:
+    """The penalties in use and, where one stood as "auto", the speed it is for; nothing without contact."""
+    settings = system.contact_settings
+    if settings is None:
+        return {}
+    keys = ["sts_stiffness", "nts_stiffness"] + ["expected_speed"] * (settings.expected_speed != "auto")
+    return {key: getattr(settings, key) for key in keys}
 
 
 def peak_memory() -> int:

@@ -28,7 +28,7 @@ from .active_pairs import ActivePairs
 from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
-from .law import ContactLaw, Penalty
+from .law import PENALTY, ContactLaw
 from .thickness import CREASE_RATIO, ROUND_OFF
 
 LONGEST_ZONE = 0.25
@@ -65,7 +65,7 @@ class EdgeContact:
         stiffness: float,
         initial_q: np.ndarray,
         device: str = "cpu",
-        law: ContactLaw = Penalty(),
+        law: ContactLaw = PENALTY,
     ) -> None:
         self._law, self._stiffness, self._device = law, float(stiffness), device
         self._thickness = law.outset * float(thickness)

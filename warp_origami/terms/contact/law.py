@@ -63,6 +63,9 @@ class Penalty:
         return -gaps
 
 
+PENALTY = Penalty()
+
+
 @dataclass(frozen=True)
 class Barrier:
     """A spring that becomes infinitely stiff at the effective thickness.
@@ -102,4 +105,4 @@ class Barrier:
 
 def contact_law(exact: bool, thickness: float) -> ContactLaw:
     """The barrier at a contact thickness (m) if contact is to be exact, else the penalty."""
-    return Barrier(thickness) if exact else Penalty()
+    return Barrier(thickness) if exact else PENALTY

@@ -1,6 +1,6 @@
 """Points of the sheet against its layers: surface-to-surface and node-to-surface contact, paper (23)-(46).
 
-    U = sum_sts U(g, (eps_s / 2) w_I A_I) + sum_nts U(g, eps_n)    over pairs (slave point, layer) with g < 0;  U: law.py
+    U = sum_sts U(g, eps_s w_I A_I / 2) + sum_nts U(g, eps_n)    over pairs (slave point, layer) with g < 0;  U: law.py
 
 Conventions. A layer is a face (elements connected without a crease); every slave point has one gap to every layer. Each
 of two touching surfaces is slave to the other, so each pass carries half of eps_s and together they are pressed apart
