@@ -22,8 +22,11 @@ NEWTON_SHARE = 1e-4
 AFTER_KINK = 1e-12
 """Over the duration: how long after a kink of a profile it is looked at to see what follows."""
 
-FRICTION_PASSES = 4
+FRICTION_PASSES = 5
 """How often friction is taken anew within a step, at the most."""
+
+SETTLED_SHARE = 1e-2
+"""Friction has settled when taking it anew moves the sheet by less than this share of Newton's tolerance."""
 
 JERK_SHARE = 1e-3
 """Time over which q''' of the start is found by a difference of q'', over the first step."""
@@ -169,10 +172,17 @@ class Stepper:
         if self.system.friction is None:
             return newton
         for _ in range(FRICTION_PASSES):
-            if newton.failure is not None or potential.renew_friction(newton.q) < tolerance:
+            if newton.failure is not None:
                 break
-            again = minimize(potential, newton.q, tolerance)
-            newton = replace(again, iterations=newton.iterations + again.iterations)
+            correction = potential.renew_friction(newton.q)
+            size = potential.size(correction)
+            if size < tolerance:  # as close as Newton goes: no factorization
+                newton = replace(newton, q=newton.q + correction)
+                if size < SETTLED_SHARE * tolerance:
+                    break
+            else:
+                again = minimize(potential, newton.q, tolerance)
+                newton = replace(again, iterations=newton.iterations + again.iterations)
         return newton
 
     def _predictor(self, form) -> np.ndarray:

@@ -62,14 +62,14 @@ class StepPotential:
                 return self._balance(q, linearization.gradient), self.factor.direction
         return Failure("the Newton matrix is not positive definite", "smaller steps, or more mass_damping")
 
-    def renew_friction(self, q: np.ndarray) -> float:
-        """Takes normal forces and places of contact anew at q; returns how far about that moves the minimum, m."""
+    def renew_friction(self, q: np.ndarray) -> np.ndarray:
+        """Takes normal forces and places of contact anew at q; returns how that moves the minimum, to first order."""
         x = q.reshape(-1, 3)
         v = self.form.g * (x - self.form.q_g)
         held = self.friction.resistance(v)
         self.system.evaluate(x)
         self.friction = self.system.friction_at(x)
-        return self.size(self.factor.direction(self.friction.resistance(v) - held))
+        return self.factor.direction(self.friction.resistance(v) - held)
 
     def _with_friction(self, linearization: Linearization, x: np.ndarray) -> Linearization:
         form = self.form
