@@ -20,6 +20,7 @@ from .model.crossing import find_crossing
 from .model.generators import build_pattern
 from .model.locate import locate
 from .model.mesh import Mesh
+from .model.opening import opened
 from .model.prescribed import Motion, Prescriber, prescribed_rows
 from .model.selectors import select
 from .model.submesh import default_divisions
@@ -216,6 +217,8 @@ class System:
         if initial == "stowed":
             if stowed is None:
                 raise InputError("pattern.initial", '"stowed"', 'a pattern with a stowed state, or "flat"')
+            if self.scene.contact is not None:
+                stowed = opened(self.mesh, self.pattern.pattern_faces, self.pattern.face_orders, stowed)
             return affine_coordinates(self.mesh, self.coordinates, stowed)
         if initial == "flat":
             return flat

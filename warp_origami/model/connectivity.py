@@ -84,6 +84,12 @@ def face_numbers(edge_triangles: np.ndarray, joined: np.ndarray, triangle_count:
     return connected_components(graph, directed=False)[1]
 
 
+def sheet_labels(edges: np.ndarray, vertex_count: int) -> np.ndarray:
+    """(nv,) connected part of the mesh with edges (nd, 2) that each vertex belongs to."""
+    graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(vertex_count, vertex_count))
+    return connected_components(graph, directed=False)[1]
+
+
 def _next_corner(corner: np.ndarray) -> np.ndarray:
     return np.where(corner % 3 == 2, corner - 2, corner + 1)
 

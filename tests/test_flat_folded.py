@@ -1,0 +1,168 @@
+"""Sheets that a FOLD file folds exactly flat: its faceOrders say which layer lies above, and they stay there."""
+
+import json
+
+import ipctk
+import numpy as np
+import pytest
+
+import warp_origami as wo
+from runs import run, system_of
+from warp_origami.errors import InputError
+from warp_origami.model.generators.miura import miura
+from warp_origami.model.locate import area_coordinates
+from warp_origami.model.opening import SLOPE, opened
+
+WIDTH, HEIGHT, THICKNESS = 0.1, 0.08, 5e-4
+
+
+def accordion(layers, above=1, orders=None):
+    """FOLD content: panels folded onto each other without any distance, the later ones above (or below) the others."""
+    lines = np.arange(layers + 1)
+    ends = lambda x: [[float(a), b, 0.0] for a in x for b in (0.0, HEIGHT)]  # noqa: E731
+    edges = [[2 * i, 2 * i + 1] for i in lines]
+    kinds = ["B" if i in (0, layers) else "MV"[i % 2] for i in lines]
+    for i in lines[:-1]:
+        edges += [[2 * i, 2 * i + 2], [2 * i + 1, 2 * i + 3]]
+        kinds += ["B", "B"]
+    if orders is None:  # every second panel is turned over
+        orders = [
+            [f, g, above * (1 if f > g else -1) * (-1) ** g] for f in range(layers) for g in range(layers) if f != g
+        ]
+    return {
+        "file_spec": 1.2,
+        "vertices_coords": ends(lines * WIDTH),
+        "edges_vertices": np.array(edges).tolist(),
+        "edges_assignment": kinds,
+        "faces_vertices": [[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(layers)],
+        "file_frames": [
+            {
+                "frame_classes": ["foldedForm"],
+                "frame_parent": 0,
+                "frame_inherit": True,
+                "vertices_coords": ends(lines % 2 * WIDTH),
+                "faceOrders": orders,
+            }
+        ],
+    }
+
+
+def scene(path, content, duration=1e-3, seed=None, **pattern):
+    """A film folded so, shaken by random velocities of its vertices of 5 cm/s."""
+    (path / "flat.fold").write_text(json.dumps(content))
+    rng = np.random.default_rng(seed)
+    loads = [
+        {"kind": "initial_velocity", "value": (0.05 * rng.normal(size=3)).tolist(), "at": {"near": point[:2]}}
+        for point in (content["vertices_coords"] if seed is not None else [])
+    ]
+    return wo.Scene(
+        name="flat",
+        analysis={"kind": "dynamic", "duration": duration},
+        pattern={"kind": "fold", "file": str(path / "flat.fold"), "refine": 2} | pattern,
+        material={"density": 1420.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.34, "thickness": THICKNESS},
+        contact={"method": "mixed"},
+        load=loads,
+        output={"fps": "steps", "fields": []},
+    )
+
+
+def heights(mesh, points, layers):
+    """Height of each panel over places (n,) of the folded panel, (layers, n)."""
+    places = np.random.default_rng(0).uniform(0.02, 0.98, (40, 2)) * [WIDTH, HEIGHT]
+    result = []
+    for layer in range(layers):
+        flat = places.copy()
+        flat[:, 0] = layer * WIDTH + (places[:, 0] if layer % 2 == 0 else WIDTH - places[:, 0])
+        found = []
+        for place in flat:
+            areas = area_coordinates(mesh, np.arange(len(mesh.triangles)), np.tile(place, (len(mesh.triangles), 1)))
+            element = np.argmax(areas.min(axis=1))
+            found.append(areas[element] @ points[mesh.triangles[element], 2])
+        result.append(found)
+    return np.array(result)
+
+
+@pytest.mark.parametrize("layers", [2, 4, 10])
+@pytest.mark.parametrize("above", [1, -1])
+def test_coincident_layers_open_in_their_order(tmp_path, layers, above):
+    """Without stress to speak of, without contact force, without crossing."""
+    system = system_of(scene(tmp_path, accordion(layers, above)))
+    points = system.q0[system.coordinates.positions]
+    assert np.abs(points[:, :2] - system.pattern.stowed[:, :2]).max() < SLOPE**2 * layers * WIDTH
+    between = np.diff(heights(system.mesh, points, layers), axis=0)
+    assert (above * between).min() > 0.02 * SLOPE * WIDTH
+    start = system.evaluate(system.q0)
+    assert start.strain_energy < 1e-12 and start.contact_energy < 1e-30
+    assert np.ptp(points[:, 2]) <= 1.001 * layers * SLOPE * WIDTH
+    collisions = ipctk.CollisionMesh(points, system.mesh.edges, system.mesh.triangles)
+    assert not ipctk.has_intersections(collisions, points)
+
+
+def test_orders_may_be_told_from_either_face(tmp_path):
+    """Each pair once, from the upper or from the lower face."""
+    for orders in ([[1, 0, 1], [2, 0, 1], [2, 1, -1]], [[0, 1, 1], [0, 2, -1], [1, 2, -1]]):
+        system = system_of(scene(tmp_path, accordion(3, orders=orders)))
+        between = np.diff(heights(system.mesh, system.q0[system.coordinates.positions], 3), axis=0)
+        assert between.min() > 0.0
+
+
+def test_layers_whose_order_is_not_told_are_an_error(tmp_path):
+    with pytest.raises(InputError, match=r"pattern\.initial.*coincide.*faceOrders"):
+        system_of(scene(tmp_path, accordion(3, orders=[[1, 0, 1], [2, 1, -1]])))
+
+
+def test_states_without_coincident_layers_are_left_alone(tmp_path):
+    content = accordion(2)
+    content["file_frames"][0]["vertices_coords"] = [[0, 0, 0], [0, 0.08, 0], [0.1, 0, 0], [0.1, 0.08, 0]] + [
+        [0.0, y, 0.01] for y in (0.0, 0.08)
+    ]
+    content["file_frames"][0]["vertices_coords"][4][0] = content["file_frames"][0]["vertices_coords"][5][0] = float(
+        0.1 - np.sqrt(0.01 - 1e-4)
+    )
+    system = system_of(scene(tmp_path, content))
+    assert np.array_equal(system.q0[system.coordinates.positions], system.pattern.stowed)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_miura_sheet_opens(n):
+    """Its panels overlap in parts and are held together at vertices of four creases."""
+    nearly, shut = miura(n, n, 0.1, 0.1, 1.0, 0.02), miura(n, n, 0.1, 0.1, 1.0, 1e-12)
+    mesh, shut = nearly.mesh, shut.stowed
+    shut[:, 1] = 0.0
+    panels = nearly.pattern_faces
+
+    corners = mesh.vertices[mesh.triangles]
+    inside = np.array([(i, j, 12 - i - j) for i in range(1, 11) for j in range(1, 12 - i)]) / 12.0
+    places = np.einsum("kc,ecd->ekd", inside, shut[mesh.triangles])[..., [0, 2]]
+    orders = []
+    for e, element in enumerate(mesh.triangles):
+        base = np.concatenate([shut[element][:, [0, 2]].T, np.ones((1, 3))])
+        turned = np.linalg.det(np.stack([*(corners[e, 1:] - corners[e, 0])])) * np.linalg.det(base) < 0.0
+        for f, points in enumerate(places):  # of element f over (or under) element e
+            areas = np.linalg.solve(base, np.concatenate([points.T, np.ones((1, len(points)))])).T
+            common = areas.min(axis=1) > 0.0
+            if common.any() and panels[e] != panels[f]:
+                own = inside[common] @ nearly.stowed[mesh.triangles[f], 1]
+                higher = np.sign(own - areas[common] @ nearly.stowed[element, 1]).mean()
+                assert abs(higher) == 1.0
+                # x and z are turned against each other, so the normal of what is not turned over is -y
+                orders.append([panels[f], panels[e], int(higher) * (1 if turned else -1)])
+    points = opened(mesh, panels, np.array(orders), shut)
+    assert 0.05 * SLOPE < np.ptp(points[:, 1]) < SLOPE
+    collisions = ipctk.CollisionMesh(points * [1.0, 1e3, 1.0], mesh.edges, mesh.triangles)
+    assert not ipctk.has_intersections(collisions, points * [1.0, 1e3, 1.0])
+
+
+@pytest.mark.parametrize("layers", [2, 4])
+def test_a_flat_stack_is_shaken_without_crossing(tmp_path, layers):
+    """Every accepted step, on the drawn triangles."""
+    result = run(scene(tmp_path, accordion(layers), 2e-3, seed=layers, refine=1))
+    assert result.summary["status"] == "done"
+    triangles = result.surface.triangles
+    edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    collisions = ipctk.CollisionMesh(result.frames[0].points, edges, triangles)
+    crossed = [frame.time for frame in result.frames if ipctk.has_intersections(collisions, frame.points)]
+    print(f"{layers} layers: {len(result.frames)} frames, {result.history['contacts_sts'].max():.0f} contacts at most")
+    assert not crossed
+    assert result.history["contacts_sts"].max() > 50
+    assert result.summary["energy_gain"] < 5e-3
