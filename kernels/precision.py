@@ -10,6 +10,7 @@ real = wp.float64
 
 vec2 = wp.types.vector(length=2, dtype=real)
 vec3 = wp.types.vector(length=3, dtype=real)
+vec4 = wp.types.vector(length=4, dtype=real)
 vec9 = wp.types.vector(length=9, dtype=real)
 mat22 = wp.types.matrix(shape=(2, 2), dtype=real)
 mat33 = wp.types.matrix(shape=(3, 3), dtype=real)

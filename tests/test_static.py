@@ -436,9 +436,8 @@ def press(depth, steps):
 @pytest.mark.parametrize(("depth", "steps"), [(0.02, 1), (0.02, 4), (0.002, 4)])
 def test_a_sheet_is_never_driven_through_another(depth, steps):
     result = solve(press(depth, steps))
-    print(result.summary["message"])
     assert result.summary["status"] == "failed"
-    assert "layers are pressed through each other" in result.summary["message"]
+    assert "layers would pass through each other" in result.summary["message"]
     assert "stiffness" in result.summary["advice"]
     assert result.summary["steps_rejected"] > 4
     assert 0.0 < result.history["max_penetration"][-1] <= 5e-4

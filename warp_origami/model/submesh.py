@@ -13,6 +13,9 @@ import numpy as np
 from .lattice import edge_points, element_points, lattice
 from .mesh import CREASE, Mesh
 
+COARSE, MIDDLE = 500, 5000
+"""Numbers of elements up to which elements are drawn in 4 and in 2 divisions."""
+
 
 @dataclass(frozen=True)
 class Submesh:
@@ -61,6 +64,11 @@ def default_divisions(elements: int) -> int:
     """
     wanted = int(np.ceil(np.sqrt(800.0 / elements)))
     return int(np.clip(wanted, 1 if elements > 5000 else 2, 4))
+
+
+def drawn_divisions(elements: int) -> int:
+    """Divisions for drawing, and for what must not cross in a drawing: 4 on coarse meshes, where cubic shapes show."""
+    return 4 if elements <= COARSE else 2 if elements <= MIDDLE else 1
 
 
 def sub_triangle_corners(divisions: int) -> np.ndarray:

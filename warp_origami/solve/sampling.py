@@ -4,20 +4,12 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from warp_origami.model.locate import area_coordinates
-from warp_origami.model.submesh import Submesh, build_submesh
+from warp_origami.model.submesh import Submesh, build_submesh, drawn_divisions
 from warp_origami.system import System
 from warp_origami.terms.contact import PressureField
 from warp_origami.terms.shapes import tabulate
 
 from .records import Frame
-
-COARSE, MIDDLE = 500, 5000
-
-
-def drawn_divisions(elements: int) -> int:
-    """Sub-triangles a side of each drawn element: 4 on coarse meshes, where the cubic shape shows."""
-    return 4 if elements <= COARSE else 2 if elements <= MIDDLE else 1
-
 
 class Probes:
     """Values at the scene's probes: position, velocity, and stress averaged over touching elements by area."""

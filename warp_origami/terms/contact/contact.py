@@ -1,9 +1,10 @@
 """Contact of the sheet with itself and with other sheets: points against layers, edges against edges.
 
-    U_c = U_sts + U_nts + U_edge
+    U_c = U_sts + U_nts + U_edge + U_facet
 
-The methods: `sts` and `nts` are the paper's, on their own, and may let layers through; `mixed` has both, and edges
-against edges, and lets no step pass that leads features of the sub-mesh through each other.
+The methods: `sts` and `nts` are the paper's, on their own, and may let layers through; `mixed` has both, edges against
+edges and the drawn facets against each other, and no step is to be taken that leads the drawn sub-triangles through
+each other.
 """
 
 from dataclasses import dataclass
@@ -14,10 +15,11 @@ from scipy.sparse import csr_matrix
 from warp_origami.errors import InputError
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
-from warp_origami.model.submesh import Submesh, build_submesh, default_divisions
+from warp_origami.model.submesh import Submesh, build_submesh, default_divisions, drawn_divisions
 
 from .active_pairs import ActivePairs
 from .edges import EdgeContact
+from .facets import FacetContact
 from .law import contact_law
 from .settings import METHODS, ContactSettings
 from .summary import ContactSummary
@@ -81,7 +83,8 @@ class Contact:
         self._surfaces = SurfaceContact(
             mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
         )
-        self._edges = self._swept = None
+        self._edges = self._facets = self._swept = None
+        drawn = build_submesh(mesh, drawn_divisions(len(mesh.triangles)))
         if settings.method == "mixed":
             self._edges = EdgeContact(
                 mesh,
@@ -93,11 +96,13 @@ class Contact:
                 device,
                 contact_law(settings.exact, settings.thickness),
             )
+            self._facets = FacetContact(
+                mesh, coordinates, drawn, settings.thickness, settings.nts_stiffness, initial_q, device
+            )
         if settings.method == "mixed" or guarded:
-            self._swept = SweptTest(mesh, coordinates, self.submesh, device)
-        self._terms = {
-            name: term for name, term in (("surfaces", self._surfaces), ("edges", self._edges)) if term is not None
-        }
+            self._swept = SweptTest(mesh, coordinates, drawn, device)
+        terms = {"surfaces": self._surfaces, "edges": self._edges, "facets": self._facets}
+        self._terms = {name: term for name, term in terms.items() if term is not None}
         parts = [*self._terms.values(), *([self._swept] if self._swept is not None else [])]
         self.kernel_modules = tuple(module for part in parts for module in part.kernel_modules)
         self.coincident_layers = self._surfaces.coincident_layers
@@ -121,11 +126,8 @@ class Contact:
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
-        energy, total = self._surfaces.gradient(q)
-        if self._edges is not None:
-            edge_energy, gradient = self._edges.gradient(q)
-            energy, total = energy + edge_energy, total + gradient
-        return energy, total
+        parts = [term.gradient(q) for term in self._terms.values()]
+        return sum(energy for energy, _ in parts), sum(gradient for _, gradient in parts)
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
         """Energy, gradient, G (active, 3 n) and weights (active,): the main part (38), (45) is G^T diag(weights) G.
@@ -148,8 +150,11 @@ class Contact:
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""
         sts, nts, depth = self._surfaces.statistics()
-        edge, edge_depth = self._edges.statistics() if self._edges is not None else (0, 0.0)
-        return ContactStatistics(sts, nts, edge, max(depth, edge_depth))
+        if self._edges is None:
+            return ContactStatistics(sts, nts, 0, depth)
+        edge, edge_depth = self._edges.statistics()
+        vertex_facets, edge_facets = self._facets.counts()
+        return ContactStatistics(sts, nts + vertex_facets, edge + edge_facets, max(depth, edge_depth))
 
     def summary(self) -> ContactSummary:
         """What will be modelled, for `check`."""

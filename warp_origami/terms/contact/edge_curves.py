@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_matrix
 
+from warp_origami.model.connectivity import sheet_labels
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.edge_traces import edge_traces
 from warp_origami.model.mesh import SMOOTH, Mesh
@@ -51,9 +51,7 @@ def build_curves(mesh: Mesh, coordinates: Coordinates) -> EdgeCurves:
     edges = np.flatnonzero(mesh.edge_kinds != SMOOTH)
     traces = edge_traces(mesh, coordinates, edges, np.zeros(len(edges), dtype=int))
     vertices = mesh.edges[edges]
-    count = len(mesh.vertices)
-    graph = coo_matrix((np.ones(len(mesh.edges)), mesh.edges.T), shape=(count, count))
-    sheets = connected_components(graph, directed=False)[1][vertices[:, 0]]
+    sheets = sheet_labels(mesh.edges, len(mesh.vertices))[vertices[:, 0]]
     values = BEZIER @ traces.matrices
     rows = np.repeat(traces.rows[:, None], 4, axis=1)
     starts = np.arange(0, values.size + 1, 6)

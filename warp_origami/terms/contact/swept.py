@@ -134,12 +134,12 @@ class SweptTest:
             return np.inf
         at = self._near.positions
         # twice `touching` as margin: what is left out stays clear of touching, so that advancing it could not differ
-        return 2.0 * max(_relative_motion(at, start), _relative_motion(at, end)) + 2.0 * self._touching
+        return 2.0 * max(relative_motion(at, start), relative_motion(at, end)) + 2.0 * self._touching
 
     def _parts(self, start: np.ndarray, end: np.ndarray) -> int:
         """In how many parts a step is cut so that a search at the end of each reaches back to its start."""
         room = self._radius - 4.0 * self._touching
-        return max(1, int(np.ceil(2.0 * _relative_motion(start, end) / room)))
+        return max(1, int(np.ceil(2.0 * relative_motion(start, end) / room)))
 
     def _advance(self, reach: float) -> tuple[float, int, int, int] | None:
         """Time, kind and features of the first touch among the pairs that were within `reach`."""
@@ -180,7 +180,7 @@ def _earlier(one, other):
     return min((found for found in (one, other) if found is not None), default=None)
 
 
-def _relative_motion(a: np.ndarray, b: np.ndarray) -> float:
+def relative_motion(a: np.ndarray, b: np.ndarray) -> float:
     """Largest distance (m) by which a point moves from a to b, but for a translation that all points share.
 
     No two points move by more than twice this against each other.

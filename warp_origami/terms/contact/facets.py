@@ -1,0 +1,255 @@
+"""Contact of the plane sub-triangles themselves: what keeps apart the facets that are drawn and swept.
+
+    U = sum m(c) b(d)   over pairs (vertex, triangle), (edge, edge) of sub-triangles that share no point, d < a
+    b(d) = 1/2 k (a - d)^2 a / d,   for d < a / 10 the parabola with the same value, slope and curvature
+    m(c) = c / c_0 (2 - c / c_0)    for edges with c = |e_1 x e_2|^2 < c_0 = 1e-3 (L_1 L_2)^2, else 1
+
+Points and edges keep the cubic surfaces apart by the thickness h. Where elements bend so much that the facets lie
+farther from their surface than that, facets meet before surfaces do, and the swept test would refuse steps that no
+force avoids. The range a = min(h, c s, d_0) / 4 (s, d_0: distance in the flat sheet and in the start) is out of
+reach of layers that press on each other as usual. The barrier grows as 1 / d, so that a press is resisted long before
+facets touch.
+
+Source of barrier and mollifier: M. Li et al., Incremental Potential Contact, ACM Transactions on Graphics 39 (2020);
+its barrier is a logarithm, and has no sides: here the side of a pair is that of the last accepted state, so that an
+iterate that is through is pushed back.
+"""
+
+import numpy as np
+import warp as wp
+from scipy.sparse import csr_matrix
+
+from warp_origami.kernels import facet_pairs
+from warp_origami.kernels.precision import real, vec3, vec4
+from warp_origami.kernels.swept import EDGE_EDGE
+from warp_origami.model.connectivity import sheet_labels
+from warp_origami.model.coordinates import Coordinates
+from warp_origami.model.mesh import Mesh
+from warp_origami.model.submesh import Submesh
+
+from ..buffers import Buffer
+from ..shapes import tabulate
+from .active_pairs import ActivePairs
+from .features import build_features
+from .near_features import FeatureSearch, NearFeatures
+from .swept import relative_motion
+from .thickness import CREASE_RATIO
+
+RANGE_SHARE = 0.25
+"""Range over the effective thickness min(h, c s, d_0)."""
+
+RADIUS_SHARE = 0.25
+"""Radius of the search over the length of an edge."""
+
+CAP = 0.1
+"""Distance over the range below which the barrier is a parabola: 1000 times as stiff as at its begin, and finite."""
+
+PARALLEL = 1e-3
+"""c_0 over the product of the squared flat lengths."""
+
+
+class FacetContact:
+    """Contact energy of facets as a function of q (n, 3); equal q after equal accepted states gives equal bits.
+
+    Args:
+        mesh, coordinates: of q.
+        submesh: the sub-triangles.
+        thickness: h, m.
+        stiffness: k, N/m.
+        initial_q: (n, 3) state of the start, free of contact force by construction.
+        device: of Warp.
+
+    Attributes:
+        kernel_modules: Warp modules compiled for it.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        coordinates: Coordinates,
+        submesh: Submesh,
+        thickness: float,
+        stiffness: float,
+        initial_q: np.ndarray,
+        device: str = "cpu",
+    ) -> None:
+        self._submesh, self._stiffness, self._device = submesh, float(stiffness), device
+        self._thickness = self._reach = float(thickness)
+        self._touching = 1e-9 * mesh.size
+        self.kernel_modules = (facet_pairs.find_facet_distances.module.name,)
+        self._interpolation = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)
+        self._features = build_features(mesh, submesh)
+        self._lengths = np.linalg.norm(np.diff(submesh.flat[self._features.edges], axis=1)[:, 0], axis=1)
+        self._search = FeatureSearch(submesh, self._features, device)
+        self._radius = max(RADIUS_SHARE * self._search.typical_length, 4.0 * self._reach)
+        self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[submesh.elements, 0]]
+        count = len(submesh.flat)
+        self._positions = Buffer(count, vec3, device)
+        self._flat = wp.array(np.pad(submesh.flat, ((0, 0), (0, 1))), dtype=vec3, device=device)
+        self._start = wp.array(self._interpolation @ initial_q, dtype=vec3, device=device)
+        self._near: NearFeatures | None = None
+        self.accept(np.array(initial_q))
+
+    def accept(self, q: np.ndarray) -> None:
+        """Takes q as an accepted state: from now on features are kept on the side of each other where they are in q."""
+        self._accepted_q = np.array(q)
+        self._accepted = wp.array(self._interpolation @ q, dtype=vec3, device=self._device)
+        self._sides = np.zeros(0)
+        self._evaluate(q)
+
+    def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
+        self._evaluate(q)
+        if not len(self._active):
+            return 0.0, np.zeros_like(q)
+        energy, slope, _ = self._barrier()
+        mollifier, on_edges = self._mollifier()
+        corners = self._corners()
+        forces = np.zeros_like(self._x)
+        pull = (mollifier * slope)[:, None, None] * self._weights[:, :, None] * self._directions[:, None]
+        np.add.at(forces, corners, pull + energy[:, None, None] * on_edges)
+        return float(mollifier @ energy), self._interpolation.T @ forces
+
+    def active_pairs(self) -> ActivePairs:
+        """Touching pairs of the last evaluated state; the derivative of the mollifier is left out of them."""
+        if not len(self._active):
+            return ActivePairs.none(len(self._accepted_q))
+        _, slope, curvature = self._barrier()
+        mollifier, _ = self._mollifier()
+        rows = np.repeat(np.arange(len(slope)), 4)
+        shape = (len(slope), len(self._x))
+        factors = csr_matrix((self._weights.ravel(), (rows, self._corners().ravel())), shape=shape)
+        factors = csr_matrix(factors @ self._interpolation)
+        factors.sort_indices()
+        corners = self._corners()
+        elements = self._submesh.elements[np.stack([corners[:, 0], corners[:, 3]], axis=1)]
+        return ActivePairs(factors, self._directions, -mollifier * slope, mollifier * curvature, elements)
+
+    def flat_points(self) -> np.ndarray:
+        """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
+        parts = np.maximum(self._weights, 0.0), np.maximum(-self._weights, 0.0)
+        flat = self._submesh.flat[self._corners()]
+        return np.stack([np.einsum("kc,kcd->kd", part, flat) for part in parts], axis=1)
+
+    def counts(self) -> tuple[int, int]:
+        """Vertices on triangles and edges on edges that touch in the last evaluated state."""
+        edges = int(np.count_nonzero(self._near.kinds[self._active] == EDGE_EDGE))
+        return len(self._active) - edges, edges
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
+        return {"q": self._accepted_q}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Takes the accepted state from `state`."""
+        self._near = None
+        self.accept(state["q"])
+
+    def _evaluate(self, q: np.ndarray) -> None:
+        """Distances of all pairs within reach at q."""
+        self._x = self._interpolation @ q
+        self._active = np.zeros(0, dtype=int)
+        moved = np.inf if self._near is None else relative_motion(self._near.positions, self._x)
+        if self._reach + 2.0 * moved > self._radius:
+            self._rebuild()
+            moved = 0.0
+        count = int(np.searchsorted(self._near.distances, self._reach + 2.0 * moved, side="right"))
+        if not count:
+            return
+        self._positions.write(self._x)
+        self._launch(count, self._positions.array)
+        if len(self._sides) < count:
+            self._sides = self._accepted_sides(count)
+            self._launch(count, self._positions.array)
+        self._touch(count)
+
+    def _touch(self, count: int) -> None:
+        """What touches among the first pairs, in an order that does not depend on the search."""
+        state = self._state
+        distances, normals = state["distances"].read()[:count], state["normals"].read()[:count]
+        close = np.flatnonzero((distances < self._reach) & (self._ranges[:count] > self._touching))
+        sided = state["inside"].read()[close] & (self._sides[close] != 0.0)
+        heights = np.einsum("kd,kd->k", state["deltas"].read()[close], normals[close])
+        # where the side is not known, the one that the pair is on
+        sides = np.where(sided, self._sides[close], np.where(heights < 0.0, -1.0, 1.0))
+        gaps = np.where(sided, sides * heights, distances[close])
+        touching = gaps < self._ranges[close]
+        at = close[touching]
+        order = np.lexsort((self._near.seconds[at], self._near.firsts[at], self._near.kinds[at]))
+        self._active = at[order]
+        self._gaps = gaps[touching][order]
+        self._directions = sides[touching][order][:, None] * normals[self._active]
+        self._weights = state["weights"].read()[self._active].copy()
+
+    def _accepted_sides(self, count: int) -> np.ndarray:
+        """+1 or -1 for pairs whose closest points lie inside both features in the accepted state, else 0."""
+        self._launch(count, self._accepted)
+        state = self._state
+        heights = np.einsum("kd,kd->k", state["deltas"].read()[:count], state["normals"].read()[:count])
+        known = state["inside"].read()[:count] & (np.abs(heights) > self._touching)
+        return np.where(known, np.sign(heights), 0.0)
+
+    def _launch(self, count: int, positions: wp.array) -> None:
+        inputs = [self._pairs, self._search.features, positions]
+        wp.launch(facet_pairs.find_facet_distances, dim=count, inputs=inputs, outputs=[self._out], device=self._device)
+
+    def _rebuild(self) -> None:
+        """Searches all pairs that can touch before the sheet has moved by half of the radius."""
+        near = self._near = self._search.within(self._x, self._radius)
+        count = len(near.kinds)
+        self._sides = np.zeros(0)
+        self._pairs = facet_pairs.FacetPairs()
+        self._pairs.kinds, self._pairs.firsts, self._pairs.seconds = near.arrays
+        self._out = facet_pairs.FacetDistances()
+        kinds = {"weights": vec4, "deltas": vec3, "distances": real, "normals": vec3, "inside": wp.bool}
+        self._state = {name: Buffer(count, kind, self._device) for name, kind in kinds.items()}
+        for name, buffer in self._state.items():
+            setattr(self._out, name, buffer.array)
+        self._ranges = np.full(count, RANGE_SHARE * self._thickness)
+        if not count:
+            return
+        sheets = self._sheets[self._corners(np.arange(count))[:, [0, 3]]]
+        for positions, share in ((self._flat, CREASE_RATIO), (self._start, 1.0)):
+            self._launch(count, positions)
+            limits = RANGE_SHARE * share * self._state["distances"].read()
+            if positions is self._flat:
+                limits[sheets[:, 0] != sheets[:, 1]] = np.inf
+            self._ranges = np.minimum(self._ranges, limits)
+
+    def _corners(self, at: np.ndarray | None = None) -> np.ndarray:
+        """(k, 4) points of the two features of pairs `at`, or of all that touch."""
+        near, features = self._near, self._features
+        at = self._active if at is None else at
+        first, second = near.firsts[at], near.seconds[at]
+        edges = near.kinds[at] == EDGE_EDGE
+        corners = np.empty((len(at), 4), dtype=int)
+        corners[edges] = np.concatenate([features.edges[first[edges]], features.edges[second[edges]]], axis=1)
+        corners[~edges, 0] = first[~edges]
+        corners[~edges, 1:] = features.triangles[second[~edges]]
+        return corners
+
+    def _barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """b, db/dd and d2b/dd2 of touching pairs (J, N, N/m)."""
+        k, a, d = self._stiffness, self._ranges[self._active], self._gaps
+        at = np.maximum(d, CAP * a)
+        slope, curvature = -0.5 * k * a * (a**2 - at**2) / at**2, k * (a / at) ** 3
+        beyond = d - at
+        energy = 0.5 * k * (a - at) ** 2 * a / at + (slope + 0.5 * curvature * beyond) * beyond
+        return energy, slope + curvature * beyond, curvature
+
+    def _mollifier(self) -> tuple[np.ndarray, np.ndarray]:
+        """m of touching pairs, and its derivatives (active, 4, 3) by the corners, 1/m."""
+        edges = np.flatnonzero(self._near.kinds[self._active] == EDGE_EDGE)
+        value, slopes = np.ones(len(self._active)), np.zeros((len(self._active), 4, 3))
+        x = self._x[self._corners()[edges]]
+        u, v = x[:, 1] - x[:, 0], x[:, 3] - x[:, 2]
+        cross = np.cross(u, v)
+        c = np.einsum("kd,kd->k", cross, cross)
+        first, second = (self._near.firsts[self._active[edges]], self._near.seconds[self._active[edges]])
+        full = PARALLEL * (self._lengths[first] * self._lengths[second]) ** 2
+        share = np.minimum(c / full, 1.0)
+        value[edges] = share * (2.0 - share)
+        by_c = (2.0 * (1.0 - share) / full)[:, None]
+        by_u, by_v = 2.0 * by_c * np.cross(v, cross), 2.0 * by_c * np.cross(cross, u)
+        slopes[edges] = np.stack([-by_u, by_u, -by_v, by_v], axis=1)
+        return value, slopes
