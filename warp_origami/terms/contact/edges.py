@@ -225,9 +225,6 @@ class EdgeContact:
         state, at = self._narrow, self._active
         first, second = (bernstein(x) for x in state.parameters.read()[at].T)
         gaps, stiffness, begins = state.gaps.read()[at], self._stiffness * state.weights.read()[at], state.thickness[at]
-        energy = float(self._law.energy(gaps, stiffness, begins).sum())
-        if not np.isfinite(energy):
-            return np.inf, np.full((self.curves.controls.shape[1], 3), np.nan)
         by_weight = self._law.energy(gaps, self._stiffness, begins)[:, None]
         slopes = self._law.slope(gaps, stiffness, begins)
         pull = slopes[:, None] * state.normals.read()[at] + by_weight * state.pulls.read()[at]
@@ -242,7 +239,7 @@ class EdgeContact:
         ]
         forces = np.zeros((self.curves.controls.shape[0], 3))
         np.add.at(forces, self._control_rows().ravel(), np.stack(on_controls, axis=1).reshape(-1, 3))
-        return energy, self.curves.controls.T @ forces
+        return float(self._law.energy(gaps, stiffness, begins).sum()), self.curves.controls.T @ forces
 
     def _gap_factors(self) -> csr_matrix:
         """(active, control points) factors of the normal in the gradient of each gap."""

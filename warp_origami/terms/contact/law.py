@@ -1,12 +1,14 @@
 """Energy of a pair as a function of its gap g: the penalty, and the barrier that keeps a hard distance.
 
     penalty   U = 1/2 k g^2                  for g < 0
-    barrier   U = 1/2 k g^2 / (1 + g / z)    for -z < g < 0, infinite below
+    barrier   U = 1/2 k g^2 / (1 + g / z)    for g < 0; below 1 + g / z = LEFT the parabola with the same value, slope
+                                             and curvature, k / LEFT^3
 
 g is the distance less the one at which the pair begins to press, a. With the penalty a is the effective thickness h,
 and layers sink into each other by -g. With the barrier a = (1 + RANGE) h and z = RANGE h: the force begins RANGE h
-before the thickness and grows beyond all bounds towards it, so no state of finite energy is closer than h. Both begin
-with the stiffness k, and both are energies of q alone: contact stores what it takes and gives it back.
+before the thickness and has grown to several thousand k z where layers would be at it. It stays finite, so that an
+iterate that is closer is pushed back, and where the stiffness of two edges fades the energy fades too. Both begin with
+the stiffness k, and both are energies of q alone: contact stores what it takes and gives it back.
 
 Sources: penalty, paper (36), (44); barriers in contact: M. Li et al., Incremental Potential Contact, ACM Transactions
 on Graphics 39 (2020), whose logarithm begins without stiffness.
@@ -20,6 +22,9 @@ import numpy as np
 RANGE = 0.1
 """Part of the effective thickness outside of it in which the barrier acts."""
 
+LEFT = 0.02
+"""Part of the range that is left where the barrier goes over into its parabola."""
+
 LEAST_SHARE = 1e-3
 """Effective thickness over that of contact below which a pair keeps the penalty: points next to a crease, and layers
 that coincide in the start, have no room for a barrier."""
@@ -32,7 +37,7 @@ class ContactLaw(Protocol):
     """a over the effective thickness."""
 
     def energy(self, gaps: np.ndarray, stiffness: np.ndarray, begins: np.ndarray) -> np.ndarray:
-        """U, J; infinite where the state is not allowed."""
+        """U, J."""
 
     def slope(self, gaps: np.ndarray, stiffness: np.ndarray, begins: np.ndarray) -> np.ndarray:
         """dU/dg, N: minus the force."""
@@ -68,7 +73,7 @@ PENALTY = Penalty()
 
 @dataclass(frozen=True)
 class Barrier:
-    """A spring that becomes infinitely stiff at the effective thickness.
+    """A spring that becomes LEFT^-3 times as stiff towards the effective thickness.
 
     Attributes:
         thickness: of contact, m.
@@ -78,17 +83,16 @@ class Barrier:
     outset: float = 1.0 + RANGE
 
     def energy(self, gaps, stiffness, begins):
-        with np.errstate(divide="ignore"):
-            return 0.5 * stiffness * gaps**2 / self._left(gaps, begins)
+        at, left, beyond = self._places(gaps, begins)
+        energy = 0.5 * at**2 / left + (0.5 * at * (1.0 + left) / left**2 + 0.5 * beyond / left**3) * beyond
+        return stiffness * energy
 
     def slope(self, gaps, stiffness, begins):
-        left = self._left(gaps, begins)
-        with np.errstate(divide="ignore"):
-            return 0.5 * stiffness * gaps * (1.0 + left) / left**2
+        at, left, beyond = self._places(gaps, begins)
+        return stiffness * (0.5 * at * (1.0 + left) / left**2 + beyond / left**3)
 
     def curvature(self, gaps, stiffness, begins):
-        with np.errstate(divide="ignore"):
-            return stiffness / self._left(gaps, begins) ** 3
+        return stiffness / self._places(gaps, begins)[1] ** 3
 
     def penetration(self, gaps, begins):
         room = self._range(begins)
@@ -98,9 +102,12 @@ class Barrier:
         """z, m; infinite without a barrier."""
         return np.where(begins > LEAST_SHARE * self.thickness, begins * (RANGE / self.outset), np.inf)
 
-    def _left(self, gaps: np.ndarray, begins: np.ndarray) -> np.ndarray:
-        """1 + g / z: what is left of the range, 0 where nothing is."""
-        return np.maximum(1.0 + gaps / self._range(begins), 0.0)
+    def _places(self, gaps: np.ndarray, begins: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The gaps, but none beyond the barrier; 1 + g / z there; and how far the given gaps are beyond, < 0, m."""
+        room = self._range(begins)
+        left = np.maximum(1.0 + gaps / room, LEFT)
+        at = np.where(left > LEFT, gaps, (LEFT - 1.0) * np.where(np.isfinite(room), room, 0.0))
+        return at, left, gaps - at
 
 
 def contact_law(exact: bool, thickness: float) -> ContactLaw:

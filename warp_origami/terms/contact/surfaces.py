@@ -118,11 +118,8 @@ class SurfaceContact:
         if not len(self._active):
             return 0.0, np.zeros_like(q)
         given = self._given_to_law()
-        energy = float(self._law.energy(*given).sum())
-        if not np.isfinite(energy):
-            return np.inf, np.full_like(q, np.nan)
-        slopes = self._law.slope(*given)
-        return energy, self._factors().T @ (slopes[:, None] * self._narrow.normals.read()[self._active])
+        pull = self._law.slope(*given)[:, None] * self._narrow.normals.read()[self._active]
+        return float(self._law.energy(*given).sum()), self._factors().T @ pull
 
     def active_pairs(self) -> ActivePairs:
         """Touching pairs of the last evaluated state."""
