@@ -6,7 +6,7 @@ Shared by no_crossing.py and crumpling.py; needs the extra `test`.
 
 import csv
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import ipctk
@@ -19,6 +19,7 @@ from warp_origami.model.generators import build_pattern
 from warp_origami.model.submesh import build_submesh, default_divisions
 from warp_origami.output.memory import Memory
 from warp_origami.scene import Scene
+from warp_origami.solve.records import Observer
 from warp_origami.terms.shapes import tabulate
 
 RESULTS = Path(__file__).parent / "results"
@@ -97,11 +98,11 @@ def with_random_velocities(scene: Scene, speed: float, seed: int) -> Scene:
     return Scene(**values | {"load": [*values["load"], *loads]})
 
 
-def watch(scene: Scene, until: float | None = None) -> tuple[Watch, dict]:
+def watch(scene: Scene, until: float | None = None, observers: Sequence[Observer] = ()) -> tuple[Watch, dict]:
     """The scene run under the oracle's eyes, and its summary; a run that fails has one too."""
     seen = Watch(scene)
     try:
-        summary = simulate(scene, device="cpu", until=until, observers=[seen]).summary
+        summary = simulate(scene, device="cpu", until=until, observers=[seen, *observers]).summary
     except NumericalFailure as failure:
         summary = failure.result.summary
     return seen, summary
