@@ -47,7 +47,7 @@ def distances(x, corners):
 @pytest.mark.parametrize("radius", [1e-3, 0.02, 0.3])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_brute_force(radius, seed):
-    """On a strongly graded mesh, with every start size of the buffers."""
+    """On a strongly graded mesh."""
     submesh, points, positions = graded(seed)
     apart = 0.05
     nodes, slaves = positions[: points.node_count], positions[points.node_count :]
@@ -88,6 +88,29 @@ def test_whole_layers_hold_all_sub_triangles_that_may_touch():
         own = layer in points.owners[points.owner_starts[point] : points.owner_starts[point + 1]]
         count = np.count_nonzero(submesh.triangle_faces == layer)
         assert (len(candidates) < count) if own else (len(candidates) == count)
+
+
+def test_nearest_finds_layers_at_any_distance():
+    """For pairs that lie within the radius and for pairs far beyond it: all sub-triangles at the least distance."""
+    submesh, points, positions = graded(0)
+    nodes, slaves = positions[: points.node_count], positions[points.node_count :]
+    search = Search(points, submesh, 0.05, "cpu")
+    keys = np.unique(np.random.default_rng(0).integers(0, len(slaves) * search.layer_count, 100))
+    found = search.nearest(keys, wp.array(slaves, dtype=vec3), wp.array(nodes, dtype=vec3), 1e-3)
+    np.testing.assert_array_equal(found.keys, keys)
+
+    near = distances(slaves, nodes[submesh.triangles])
+    flat = np.pad(points.flat, ((0, 0), (0, 1)))
+    flat_distance = distances(flat[points.node_count :], flat[: points.node_count][submesh.triangles])
+    for i, (point, layer) in enumerate(zip(found.points, found.layers, strict=True)):
+        candidates = found.candidates[found.starts[i] : found.starts[i + 1]]
+        allowed = submesh.triangle_faces == layer
+        if layer in points.owners[points.owner_starts[point] : points.owner_starts[point + 1]]:
+            allowed &= flat_distance[point] >= 0.05
+        least = near[point, allowed].min()
+        assert found.distances[i] == pytest.approx(least, abs=1e-14)
+        assert np.isin(np.flatnonzero(allowed & (near[point] <= least + 1e-12)), candidates).all()
+        assert allowed[candidates].all()
 
 
 def test_contact_does_not_miss_what_moves_between_searches():

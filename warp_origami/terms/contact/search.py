@@ -53,7 +53,6 @@ class Search:
         self._rank = np.empty_like(order)
         self._rank[order] = np.arange(len(order))
         self._face_starts = np.searchsorted(submesh.triangle_faces[order], np.arange(self.layer_count + 1))
-
         self._corners = np.ascontiguousarray(submesh.triangles.T)
         self._at_rim = submesh.outer_corners.any(axis=1)
         side = [1, 2, 4]
@@ -112,19 +111,52 @@ class Search:
         keys, distances = zip(none, *((part.keys, part.distances) for part in parts), strict=True)
         return np.concatenate(keys), np.concatenate(distances)
 
-    def _near(self, slaves: wp.array, nodes: wp.array, radius: float, members: np.ndarray) -> Iterator[Part]:
-        """Points, sub-triangles and distances, by point."""
+    def nearest(self, keys: np.ndarray, slaves: wp.array, nodes: wp.array, radius: float) -> LayerPairs:
+        """Given pairs (names, increasing) with all sub-triangles of their layers that may be nearest to the point.
+
+        They are those within `radius` (m) where it reaches the layer, else within the first of its doubles that does.
+        """
+        size = float(np.linalg.norm(np.ptp(slaves.numpy(), axis=0))) + radius
+        parts, left = [], keys
+        while len(left) and radius <= 2.0 * size:
+            layers = np.zeros(self.layer_count, dtype=bool)
+            layers[self.layers_of(left)] = True
+            members = self._by_face[layers[self._faces[self._by_face]]]
+            points, triangles, distances = joined(
+                self._near(slaves, nodes, radius, members, np.unique(self.points_of(left)))
+            )
+            names = self.key_of(points, self._faces[triangles])
+            # a distance that is the radius but for round-off is left to the next one: others may be equally near
+            within = np.isin(names, names[distances <= 0.999 * radius]) & np.isin(names, left)
+            parts.append((points[within], triangles[within], distances[within]))
+            left = np.setdiff1d(left, names[within])
+            radius *= 2.0
+        return self.grouped(*joined(parts))
+
+    def _near(
+        self, slaves: wp.array, nodes: wp.array, radius: float, members: np.ndarray, only: np.ndarray | None = None
+    ) -> Iterator[Part]:
+        """Points (all, or `only` these), sub-triangles among `members` and distances, by point."""
         surface = self.surface(nodes)
+        queries = slaves if only is None else self.upload(slaves.numpy()[only])
 
         def distances_of(points: wp.array, triangles: wp.array) -> wp.array:
+            if only is not None:
+                points = wp.array(only[points.numpy()], dtype=wp.int32, device=self._device)
             distances = wp.empty(len(points), dtype=real, device=self._device)
-            inputs = [points, triangles, slaves, real(radius), surface, self._ownership]
-            self._launch(broadphase.find_candidates, len(points), inputs, [distances])
+            wp.launch(
+                broadphase.find_candidates,
+                dim=len(points),
+                inputs=[points, triangles, slaves, real(radius), surface, self._ownership],
+                outputs=[distances],
+                device=self._device,
+            )
             return distances
 
         a, b, c = (nodes.numpy()[corner] for corner in self._corners)
         boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        return near_pairs(slaves, slaves, boxes, radius, distances_of, members)
+        for points, triangles, distances in near_pairs(queries, queries, boxes, radius, distances_of, members):
+            yield points if only is None else only[points], triangles, distances
 
     def whole_layers(self, keys: np.ndarray) -> LayerPairs:
         """Given pairs with all sub-triangles of their layers that may touch the point; without distances."""
@@ -139,7 +171,7 @@ class Search:
             wp.array(triangles.astype(np.int32), device=self._device),
             self._ownership,
         ]
-        self._launch(broadphase.mark_allowed, len(points), inputs, [allowed])
+        wp.launch(broadphase.mark_allowed, dim=len(points), inputs=inputs, outputs=[allowed], device=self._device)
         keep = allowed.numpy()
         return self.grouped(points[keep], triangles[keep], np.zeros(np.count_nonzero(keep)))
 
@@ -161,6 +193,3 @@ class Search:
             candidates=triangles.astype(np.int32),
             distances=nearest,
         )
-
-    def _launch(self, kernel: wp.Kernel, dim: int, inputs: list, outputs: list) -> None:
-        wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device)
