@@ -4,8 +4,9 @@
 
 whose gradient is the force balance (57) at the end of the step, with q'' = b (q - q_b) and v = g (q - q_g). The matrix
 K_0 of stiffness damping (55) is the tangent at the start of the step. Friction adds D(v) / g, whose gradient is its
-resistance; the normal forces and places of contact in D are held, and taken anew between minimizations. Follower pressure on a free edge has no potential
-W; then "gradient" means the force balance, and its derivative is not symmetric.
+resistance; the normal forces and places of contact in D are held, and taken anew between minimizations. Follower
+pressure on a free edge has no potential W; then "gradient" means the force balance, and its derivative is not
+symmetric.
 """
 
 from dataclasses import dataclass, replace
