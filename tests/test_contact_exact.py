@@ -1,0 +1,94 @@
+"""Exact contact: layers that never come closer than their thickness, held off by an energy."""
+
+import numpy as np
+import pytest
+
+import warp_origami as wo
+from contact_cases import EPS_S, THICKNESS, TwoSheets, settings, wavy
+from contact_meshes import grid
+from flying_sheets import corner_over_sheet
+from runs import system_of
+from warp_origami.terms.contact import Contact
+from warp_origami.terms.contact.law import LEFT, RANGE, Barrier, Penalty, contact_law
+
+RANGE_HERE = RANGE * THICKNESS
+
+
+@pytest.mark.parametrize("begins", [1.1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("law", [Penalty(), Barrier(THICKNESS)])
+def test_force_and_stiffness_are_the_derivatives_of_the_energy(law, begins):
+    """Also where the barrier goes over into its parabola, and for pairs too close to a crease to have a barrier."""
+    gaps = -begins * np.linspace(1e-3, 0.15, 2000)
+    given = np.full(len(gaps), 3e6), np.full(len(gaps), begins)
+    e = 1e-7 * begins
+    for function, derivative in ((law.energy, law.slope), (law.slope, law.curvature)):
+        difference = (function(gaps + e, *given) - function(gaps - e, *given)) / (2 * e)
+        np.testing.assert_allclose(difference, derivative(gaps, *given), rtol=1e-4)
+
+
+def test_barrier_begins_as_the_penalty_and_ends_far_stiffer():
+    law, one = Barrier(THICKNESS), np.ones(1)
+    begins = law.outset * THICKNESS * one
+    shallow, hard = -1e-3 * RANGE_HERE * one, -RANGE_HERE * one
+    assert law.slope(shallow, one, begins) == pytest.approx(Penalty().slope(shallow, one, begins), rel=2e-3)
+    assert -law.slope(hard, one, begins)[0] > 3000 * RANGE_HERE
+    assert law.curvature(hard, one, begins)[0] == pytest.approx(LEFT**-3)
+    assert law.penetration(hard, begins)[0] == pytest.approx(0.0, abs=1e-18)
+    assert isinstance(contact_law(True, THICKNESS), Barrier) and isinstance(contact_law(False, THICKNESS), Penalty)
+
+
+@pytest.mark.parametrize("method", ["sts", "mixed"])
+def test_force_is_the_gradient_of_the_energy(method):
+    sheets = TwoSheets(grid(4, 4), grid(2, 2, (0.6, 0.6), angle=0.37))
+    contact = Contact(sheets.mesh, sheets.coordinates, settings(method, exact=True), sheets.at(0.01))
+    for seed in range(3):
+        q = wavy(sheets.coordinates, sheets.at(1.05 * THICKNESS), seed, position=1e-5, slope=2e-4)
+        energy, gradient = contact.gradient(q)
+        assert energy > 0 and contact.statistics().max_penetration == 0.0
+        direction = np.random.default_rng(seed + 100).normal(size=q.shape)
+        e = 1e-9
+        slope = (contact.gradient(q + e * direction)[0] - contact.gradient(q - e * direction)[0]) / (2 * e)
+        assert np.vdot(gradient, direction) == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_sheets_are_pressed_apart_before_the_thickness(share):
+    """Per area eps g (1 - y / 2) / (1 - y)^2 at y = g / z of the range, and its energy and tangent."""
+    sheets = TwoSheets(grid(2, 2, (0.5, 0.3)), grid(2, 2, (0.5, 0.3)))
+    contact = Contact(sheets.mesh, sheets.coordinates, settings(exact=True), sheets.at(0.01))
+    g = share * RANGE_HERE
+    q = sheets.at(THICKNESS + RANGE_HERE - g)
+    force = EPS_S * 0.15 * g * (1 - 0.5 * share) / (1 - share) ** 2
+    np.testing.assert_allclose(sheets.force(contact, q), [0, 0, force], rtol=1e-9, atol=1e-9 * force)
+    energy, _, rows, weights = contact.tangent(q)
+    assert energy == pytest.approx(0.5 * EPS_S * 0.15 * g**2 / (1 - share), rel=1e-9)
+    up = (sheets.at(1.0) - sheets.at(0.0)).ravel()
+    assert weights @ (rows @ up) ** 2 == pytest.approx(EPS_S * 0.15 / (1 - share) ** 3, rel=1e-9)
+    np.testing.assert_allclose(contact.active_pairs().forces.sum(), force, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["leaf_in", "single_fold"])
+def test_the_start_is_free_of_force(name):
+    """Although the barrier begins outside of the thickness."""
+    system = system_of(wo.load_scene(name, ["contact.exact=true", 'contact.method="mixed"']))
+    assert system.evaluate(system.q0).contact_energy == 0.0
+
+
+def test_a_thousandth_of_the_thickness_takes_more_than_any_film_bears():
+    """The pressure that presses two layers together by 1e-3 of the thickness, at the default stiffness: 25 MPa."""
+    sheets = TwoSheets(grid(2, 2, (0.5, 0.3)), grid(2, 2, (0.5, 0.3)))
+    contact = Contact(sheets.mesh, sheets.coordinates, settings(exact=True), sheets.at(0.01))
+    assert sheets.force(contact, sheets.at(0.999 * THICKNESS))[2] / 0.15 > 2.5e7
+
+
+@pytest.mark.parametrize("speed", [10.0, 50.0])
+def test_a_poked_corner_does_not_reach_the_thickness(tmp_path, speed):
+    """Whatever the stiffness: that of the paper is far too soft here, with the penalty it gives way by 3 to 20 %."""
+    depths = {}
+    for exact in (False, True):
+        contact = {"sts_stiffness": 1e8, "nts_stiffness": 3e6, "exact": exact}
+        scene = corner_over_sheet(tmp_path, contact, 4e-4 / speed, speed)
+        result = wo.simulate(scene, device="cpu")
+        depths[exact] = result.summary["max_penetration"] / scene.contact.thickness
+        assert result.summary["energy_gain"] < 5e-3
+    assert depths[False] > 0.02 and depths[True] < 1e-3
