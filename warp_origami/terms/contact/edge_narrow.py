@@ -31,6 +31,7 @@ class EdgeNarrow:
         reach: distance beyond which edges have no gap, m.
 
     Attributes:
+        near: the pairs.
         keys, first, second, thickness: pair, edges and thickness of each place.
         evaluated: number of places that the last launch has evaluated; edges of all others are farther than the reach.
         gaps, weights, ...: buffers, see edge_edge.EdgeContacts.
@@ -40,12 +41,10 @@ class EdgeNarrow:
         self, near: NearEdges, thickness: np.ndarray, controls: wp.array, zones: wp.array, divisions: int, reach: float
     ):
         device = self._device = controls.device
-        self._near, self._reach = near, reach
+        self.near, self._reach = near, reach
         self._inputs = [controls, zones, divisions, real(reach)]
         sizes = np.diff(near.starts)
-        self.keys, self.first, self.second, self.thickness = (
-            np.repeat(a, sizes) for a in (near.keys, near.first, near.second, thickness)
-        )
+        self.keys, self.first, self.second = (np.repeat(a, sizes) for a in (near.keys, near.first, near.second))
         self.evaluated = 0
 
         self._known_starts, self._known_ends = (Buffer(len(near.keys), wp.int32, device) for _ in range(2))
@@ -55,7 +54,9 @@ class EdgeNarrow:
         self._pairs.starts = wp.array(near.starts[:-1], dtype=wp.int32, device=device)
         self._pairs.ends = wp.array(near.starts[1:], dtype=wp.int32, device=device)
         self._pairs.candidates = wp.array(near.candidates, dtype=wp.int32, device=device)
-        self._pairs.thickness = wp.array(thickness, dtype=real, device=device)
+        self._thickness = Buffer(len(near.keys), real, device)
+        self._pairs.thickness = self._thickness.array
+        self.set_thickness(thickness)
         self._pairs.known_starts, self._pairs.known_ends = self._known_starts.array, self._known_ends.array
         self._contacts = edge_edge.EdgeContacts()
         for name, kind in FIELDS.items():
@@ -63,15 +64,20 @@ class EdgeNarrow:
             setattr(self, name, buffer)
             setattr(self._contacts, name, buffer.array)
 
+    def set_thickness(self, thickness: np.ndarray) -> None:
+        """Takes another thickness of the pairs, (pairs,)."""
+        self._thickness.write(thickness)
+        self.thickness = np.repeat(thickness, np.diff(self.near.starts))
+
     def know(self, keys: np.ndarray) -> None:
         """Takes the pairs (sorted) of the closest points known from the accepted state."""
         for buffer, side in ((self._known_starts, "left"), (self._known_ends, "right")):
-            buffer.write(np.searchsorted(keys, self._near.keys, side=side).astype(np.int32))
+            buffer.write(np.searchsorted(keys, self.near.keys, side=side).astype(np.int32))
 
     def launch(self, approach: float, known: edge_edge.Known) -> None:
         """Evaluates all pairs within reach; `approach` (m): how much closer any may have come since they were found."""
-        count = int(np.searchsorted(self._near.distances, self._reach + approach, side="right"))
-        self.evaluated = int(self._near.starts[count])
+        count = int(np.searchsorted(self.near.distances, self._reach + approach, side="right"))
+        self.evaluated = int(self.near.starts[count])
         if count:
             wp.launch(
                 edge_edge.edge_contacts,

@@ -6,10 +6,10 @@ Edges are the cubic curves of the sheet. Every local minimum of the distance of 
 cross another twice. Within the thickness of an end (flat length) and near parallel the force fades: there the nodes and
 integration points of the surfaces carry it.
 
-The effective thickness of a pair is min(h, c s, d_0) as for points: s is the distance of the edges in the flat sheet
-(infinite between separate sheets), d_0 in the start state. It belongs to the pair alone. Left out: edges that share a
-vertex. Edges at no distance in the flat sheet or in the start (lips of a cut, layers that coincide) have no thickness:
-they meet a force only once they have been apart and pass through each other.
+The effective thickness of a pair is min(h, c s, d) as for points: s is the distance of the edges in the flat sheet
+(infinite between separate sheets), d the largest that they have had in an accepted state. Left out: edges that share a
+vertex. Edges at no distance in the flat sheet (lips of a cut) have no thickness: they meet a force only once they have
+been apart and pass through each other.
 """
 
 import numpy as np
@@ -83,7 +83,7 @@ class EdgeContact:
         self._zones = wp.array(zones, dtype=real, device=device)
         self._controls, self._accepted = (Buffer(len(zones) * 4, vec3, device) for _ in range(2))
 
-        self._start_keys, self._start_limits = np.zeros(0, dtype=np.int64), np.zeros(0)
+        self._limited, self._limits = np.zeros(0, dtype=np.int64), np.zeros(0)
         self._built_at: np.ndarray | None = None
         self._take(np.array(initial_q), *_nothing_known())
         self._evaluate(initial_q)
@@ -94,6 +94,7 @@ class EdgeContact:
         """Takes q as an accepted state: from now on edges are kept on the side of each other where they are in q."""
         self._evaluate(q)
         self._take(np.array(q), *self._known_from_here())
+        self._regain_thickness()
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
@@ -138,11 +139,12 @@ class EdgeContact:
             "pairs": self._known_keys,
             "parameters": self._known_parameters,
             "sides": self._known_sides,
+            "limits": self._limits,
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
-        self._built_at = None
+        self._built_at, self._limits = None, np.array(state["limits"])
         self._take(*(np.array(state[name]) for name in ("q", "pairs", "parameters", "sides")))
         self._evaluate(self._accepted_q)
 
@@ -177,19 +179,32 @@ class EdgeContact:
         """Effective thickness of pairs closer than the thickness in the start, which has just been evaluated."""
         keys, distances = self._narrow.least_distances()
         close = distances < self._thickness
-        self._start_keys = keys[close]
-        self._start_limits = np.maximum((1.0 - 1e-9) * distances[close] - below, 0.0)
+        self._limited = keys[close]
+        self._limits = np.maximum((1.0 - 1e-9) * distances[close] - below, 0.0)
         self._built_at = None
 
+    def _regain_thickness(self) -> None:
+        """Effective thickness after the accepted state, which has just been evaluated."""
+        if (self._limits >= self._thickness).all():
+            return
+        keys, distances = self._narrow.least_distances()
+        distances[np.isin(keys, self._narrow.keys[self._active])] = 0.0  # what touches regains nothing
+        place = np.minimum(np.searchsorted(keys, self._limited), max(len(keys) - 1, 0))
+        near = keys[place] == self._limited if len(keys) else np.zeros(len(self._limited), dtype=bool)
+        apart = np.full(len(self._limited), np.inf)
+        apart[near] = (1.0 - 1e-9) * distances[place[near]]
+        self._limits = np.maximum(self._limits, np.minimum(apart, self._thickness))
+        self._narrow.set_thickness(self._effective_thickness(self._narrow.near))
+
     def _effective_thickness(self, near: NearEdges) -> np.ndarray:
-        """min(h, c s, d_0) of pairs, m."""
+        """min(h, c s, d) of pairs, m."""
         result = np.full(len(near.keys), self._thickness)
         same = self.curves.sheets[near.first] == self.curves.sheets[near.second]
         apart = flat_distances(self.curves, near.first[same], near.second[same])
         result[same] = np.minimum(result[same], CREASE_RATIO * apart)
-        if len(self._start_keys):
-            place = np.minimum(np.searchsorted(self._start_keys, near.keys), len(self._start_keys) - 1)
-            limits = np.where(self._start_keys[place] == near.keys, self._start_limits[place], np.inf)
+        if len(self._limited):
+            place = np.minimum(np.searchsorted(self._limited, near.keys), len(self._limited) - 1)
+            limits = np.where(self._limited[place] == near.keys, self._limits[place], np.inf)
             result = np.minimum(result, limits)
         return result
 

@@ -32,6 +32,7 @@ class MasterSurfaces:
 
     Attributes:
         masters: for launches.
+        errors: (ne,) buffer of how far the cubic surface may lie from the sub-triangles in an element and around it, m.
         modules: Warp modules compiled for it.
     """
 
@@ -50,13 +51,14 @@ class MasterSurfaces:
         elements.q = self._q.array
         count = len(mesh.triangles)
         around = _elements_around(mesh)
-        errors, largest = (wp.zeros(count, dtype=real, device=device) for _ in range(2))
+        errors = wp.zeros(count, dtype=real, device=device)
+        self.errors = Buffer(count, real, device)
         self.masters = Masters()
         self.masters.facets = facets
         self.masters.corners = wp.array(sub_triangle_corners(divisions).reshape(-1, 3), dtype=vec3, device=device)
         self.masters.elements = elements
         self.masters.outer = wp.array(outer.astype(np.int32), device=device)
-        self.masters.errors = largest
+        self.masters.errors = self.errors.array
         self.masters.zone = zone
         shape_errors = wp.array(facet_errors(mesh, divisions), dtype=real, device=device)
         starts, neighbours = (wp.array(a, dtype=wp.int32, device=device) for a in (around.indptr, around.indices))
@@ -64,7 +66,7 @@ class MasterSurfaces:
             wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=device, record_cmd=True)
             for kernel, inputs, outputs in (
                 (facet_error.find_facet_errors, [elements, shape_errors, real(MARGIN)], [errors]),
-                (facet_error.largest_around, [errors, starts, neighbours], [largest]),
+                (facet_error.largest_around, [errors, starts, neighbours], [self.errors.array]),
             )
         ]
 

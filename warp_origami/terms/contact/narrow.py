@@ -93,7 +93,9 @@ class NarrowPhase:
         given.starts = wp.array(pairs.starts[:-1][order], dtype=wp.int32, device=device)
         given.ends = wp.array(pairs.starts[1:][order], dtype=wp.int32, device=device)
         given.candidates = wp.array(pairs.candidates, dtype=wp.int32, device=device)
-        given.thickness = wp.array(self.thickness, dtype=real, device=device)
+        self._thickness = Buffer(count, real, device)
+        self.set_thickness(self.thickness)
+        given.thickness = self._thickness.array
         given.sides = self.sides.array
 
         contacts = penalty.Contacts()
@@ -113,6 +115,11 @@ class NarrowPhase:
             )
             for first, found_at, kernel in self._groups
         ]
+
+    def set_thickness(self, thickness: np.ndarray) -> None:
+        """Takes another thickness of the pairs, (n,) in their order."""
+        self.thickness = thickness
+        self._thickness.write(thickness)
 
     def launch(self, moved: float) -> None:
         """Evaluates all pairs within reach; `moved` (m) is how far any point has gone since the pairs were found."""

@@ -11,6 +11,8 @@ Masters are the cubic elements: the nearest plane sub-triangle starts the projec
 their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import csr_matrix
 
@@ -111,6 +113,7 @@ class SurfaceContact:
         self._evaluate(q)
         self._accepted_q = np.array(q)
         self._take_sides()
+        self._regain_thickness()
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
@@ -158,13 +161,19 @@ class SurfaceContact:
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
-        return {"q": self._accepted_q, "pairs": self._accepted_keys, "sides": self._accepted_sides}
+        return {
+            "q": self._accepted_q,
+            "pairs": self._accepted_keys,
+            "sides": self._accepted_sides,
+            "thickness": self._table.values,
+        }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
         self._accepted_q = np.array(state["q"])
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
+        self._table = replace(self._table, values=np.array(state["thickness"]))
         self._built_at = None
         self._evaluate(self._accepted_q)
 
@@ -216,6 +225,22 @@ class SurfaceContact:
         known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
         self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
         state.sides.write(sides)
+
+    def _regain_thickness(self) -> None:
+        """Effective thickness after the accepted state, which has just been evaluated."""
+        if not self._table.limited_by_distance:
+            return
+        state = self._narrow
+        if state is None:
+            self._table = self._table.regained(np.zeros(0, dtype=np.int64), np.zeros(0))
+            return
+        at = state.reached
+        # sub-triangles alone tell the distance only up to their error; what touches regains nothing
+        errors = self._surfaces.errors.read()[state.elements.read()[at]]
+        distances = (1.0 - 1e-9) * (np.abs(state.distances.read()[at]) - errors)
+        distances[state.gaps.read()[at] < 0.0] = 0.0
+        self._table = self._table.regained(state.keys[at], distances)
+        state.set_thickness(self._table.of(state.keys))
 
     def _evaluate(self, q: np.ndarray) -> None:
         """Gaps of all pairs at q."""

@@ -1,12 +1,13 @@
-"""Effective thickness of a pair of point and layer: min(thickness, c s, d0).
+"""Effective thickness of a pair of point and layer: min(thickness, c s, d).
 
 s is the distance of the point from the layer in the flat sheet (infinite between separate sheets): at a crease, points
-nearer to it than the thickness always lie "inside" the neighbour, so there only c s counts. d0 is their distance in the
-stowed state, so that the start is free of contact force whatever the layer distance. Both belong to the pair alone, not
-to the motion: the contact force stays the gradient of an energy.
+nearer to it than the thickness always lie "inside" the neighbour, so there only c s counts. d is the largest distance
+that both have had in an accepted state: at first that of the stowed state, so that the start is free of contact force
+whatever the layer distance, and none once they have been apart. It grows only where the pair does not touch, to a gap
+of zero: that takes no energy, and within a step the contact force stays the gradient of one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,12 +30,19 @@ class ThicknessTable:
         keys: (n,) sorted names of the pairs.
         values: (n,) effective thickness, m.
         by_crease: (n,) bool, limited by the crease rule (else by the start).
+        caps: (n,) min(thickness, c s), m.
     """
 
     thickness: float
     keys: np.ndarray
     values: np.ndarray
     by_crease: np.ndarray
+    caps: np.ndarray
+
+    @property
+    def limited_by_distance(self) -> bool:
+        """Whether some pairs have never been as far apart as they may."""
+        return bool((self.values < self.caps).any())
 
     def of(self, keys: np.ndarray) -> np.ndarray:
         """Effective thickness of pairs, m."""
@@ -52,8 +60,20 @@ class ThicknessTable:
         limits[np.searchsorted(names, keys)] = (1.0 - 1e-9) * distances
         by_crease = np.zeros(len(names), dtype=bool)
         by_crease[np.searchsorted(names, self.keys)] = self.by_crease
+        caps = np.full(len(names), self.thickness)
+        caps[np.searchsorted(names, self.keys)] = self.caps
         values = self.of(names)
-        return ThicknessTable(self.thickness, names, np.minimum(values, limits), by_crease & (values <= limits))
+        return ThicknessTable(self.thickness, names, np.minimum(values, limits), by_crease & (values <= limits), caps)
+
+    def regained(self, keys: np.ndarray, distances: np.ndarray) -> "ThicknessTable":
+        """Table for the next step: given pairs have been at the distances, m, all others are farther than they may."""
+        place = np.searchsorted(self.keys, keys)
+        known = np.flatnonzero(place < len(self.keys))
+        known = known[self.keys[place[known]] == keys[known]]
+        at = place[known]
+        values = self.caps.copy()
+        values[at] = np.maximum(self.values[at], np.minimum(self.caps[at], distances[known]))
+        return replace(self, values=values)
 
 
 def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, thickness: float) -> ThicknessTable:
@@ -78,4 +98,5 @@ def build_thickness(search: Search, points: ContactPoints, start: np.ndarray, th
         table[row, places] = limits[row]
     values = np.minimum(table.min(axis=0), thickness)
     thin = values < thickness
-    return ThicknessTable(thickness, name[thin], values[thin], (table[0] <= table[1])[thin])
+    caps = np.minimum(table[0], thickness)
+    return ThicknessTable(thickness, name[thin], values[thin], (table[0] <= table[1])[thin], caps[thin])
