@@ -33,6 +33,12 @@ above its earlier minimum, and the step adds to it faster than by the same share
 EXPLODED_SHARE = 0.99
 """A run is ended when this share of its largest energy has been created: what follows has no meaning."""
 
+CRAWLING_SHARE = 1e-8
+"""A run crawls while its steps are shorter than this share of its duration."""
+
+LONGEST_CRAWL = 200
+"""A run that has crawled for so many steps is ended: it would not come to its end."""
+
 MOST_HALVINGS = 6
 """How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
 
@@ -47,6 +53,7 @@ class RunState:
         forces, balance: for the energy balance.
         counters: numbers for the summary.
         frames: number of frames written.
+        crawled: accepted steps since the last one of usual length.
     """
 
     kinematics: Kinematics
@@ -55,6 +62,7 @@ class RunState:
     balance: EnergyBalance
     counters: Counters
     frames: int
+    crawled: int
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything as arrays, for a checkpoint."""
@@ -97,7 +105,7 @@ class DynamicRun:
         self.observer.start(self.system.scene, self.surface.submesh, None)
         self.system.accept(self.system.q0)
         kinematics, forces, balance = self.stepper.start(self.controller.first)
-        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), 0)
+        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), frames=0, crawled=0)
         with self.clock.phase("output"):
             self.observer.step(self._record(state, 0.0, 0))
             self.observer.frame(self.surface.frame(0.0, kinematics.q))
@@ -116,7 +124,7 @@ class DynamicRun:
 
     def advance(self, state: RunState) -> tuple[RunState, Failure | None]:
         """The state after the next accepted step, which is retried with smaller ones as often as needed."""
-        step, counters, creations = state.next_step, state.counters, []
+        step, counters, creations, refused = state.next_step, state.counters, [], None
         stop = next(t for t in self.stops if t > state.kinematics.time)
         while True:
             taken = _fit(step, stop - state.kinematics.time)
@@ -124,7 +132,7 @@ class DynamicRun:
             counters = counters.tried(outcome)
             smaller = self.controller.after_failure(taken)
             if outcome.failure is not None:
-                counters = counters.rejected()
+                counters, refused = counters.rejected(), outcome.failure
                 if smaller is None:
                     return replace(state, counters=counters), outcome.failure
                 step = smaller
@@ -144,18 +152,21 @@ class DynamicRun:
             passed = passage(self.system, state.kinematics.q, outcome.kinematics.q)
             if passed is None:
                 break
-            counters, step = counters.rejected(), smaller
+            counters, step, refused = counters.rejected(), smaller, passed
             if smaller is None:
                 return replace(state, counters=counters), passed
         if self._has_exploded(outcome):
             advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
             return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
+        crawled = state.crawled + 1 if taken < CRAWLING_SHARE * self.system.scene.analysis.end else 0
+        if crawled > LONGEST_CRAWL:
+            return replace(state, counters=counters), _crawling(refused)
         self.system.accept(outcome.kinematics.q)
         if taken < step:  # cut to land on a stop
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
             outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
-        return self._write(state, outcome, counters, proposed), None
+        return self._write(replace(state, crawled=crawled), outcome, counters, proposed), None
 
     def _creates_energy(self, outcome: StepOutcome, creations: list[float]) -> bool:
         """Whether a step is bad because it creates energy, and halving it (`creations` so far, W) makes that better."""
@@ -174,7 +185,9 @@ class DynamicRun:
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self.record.contacts().max_penetration)
-        state = RunState(outcome.kinematics, proposed, outcome.forces, outcome.balance, counters, before.frames)
+        state = RunState(
+            outcome.kinematics, proposed, outcome.forces, outcome.balance, counters, before.frames, before.crawled
+        )
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))
             state = replace(state, frames=self._frames(before.kinematics, state.kinematics, before.frames))
@@ -217,6 +230,13 @@ class DynamicRun:
                 summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}
         self.observer.finish(summary)
         return summary
+
+
+def _crawling(refused: Failure | None) -> Failure:
+    """The end of a run that goes on in ever so small steps; `refused`: why the last longer one was not taken."""
+    reason = "the local error of longer ones is too large" if refused is None else refused.reason
+    advice = "a larger integrator.tolerance" if refused is None else refused.advice
+    return Failure(f"the last {LONGEST_CRAWL} steps have led nowhere: {reason}", advice)
 
 
 def _controller(scene: Scene) -> StepSizeController:

@@ -74,14 +74,16 @@ class FacetContact:
         device: str = "cpu",
     ) -> None:
         self._submesh, self._stiffness, self._device = submesh, float(stiffness), device
-        self._thickness = self._reach = float(thickness)
+        self._thickness = float(thickness)
+        # how far an iterate may be through and still be pushed back to where it came from, as for points
+        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * float(np.sqrt(2.0 * mesh.areas.mean())))
         self._touching = 1e-9 * mesh.size
         self.kernel_modules = (facet_pairs.find_facet_distances.module.name,)
         self._interpolation = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)
         self._features = build_features(mesh, submesh)
         self._lengths = np.linalg.norm(np.diff(submesh.flat[self._features.edges], axis=1)[:, 0], axis=1)
         self._search = FeatureSearch(submesh, self._features, device)
-        self._radius = max(RADIUS_SHARE * self._search.typical_length, 4.0 * self._reach)
+        self._radius = max(RADIUS_SHARE * self._search.typical_length, 3.0 * self._reach)
         self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[submesh.elements, 0]]
         count = len(submesh.flat)
         self._positions = Buffer(count, vec3, device)
@@ -121,9 +123,7 @@ class FacetContact:
         factors = csr_matrix((self._weights.ravel(), (rows, self._corners().ravel())), shape=shape)
         factors = csr_matrix(factors @ self._interpolation)
         factors.sort_indices()
-        corners = self._corners()
-        elements = self._submesh.elements[np.stack([corners[:, 0], corners[:, 3]], axis=1)]
-        return ActivePairs(factors, self._directions, -mollifier * slope, mollifier * curvature, elements)
+        return ActivePairs(factors, self._directions, -mollifier * slope, mollifier * curvature, self._elements())
 
     def flat_points(self) -> np.ndarray:
         """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
@@ -166,28 +166,26 @@ class FacetContact:
     def _touch(self, count: int) -> None:
         """What touches among the first pairs, in an order that does not depend on the search."""
         state = self._state
-        distances, normals = state["distances"].read()[:count], state["normals"].read()[:count]
-        close = np.flatnonzero((distances < self._reach) & (self._ranges[:count] > self._touching))
-        sided = state["inside"].read()[close] & (self._sides[close] != 0.0)
-        heights = np.einsum("kd,kd->k", state["deltas"].read()[close], normals[close])
+        distances = state["distances"].read()[:count]
+        close = np.flatnonzero((np.abs(distances) < self._reach) & (self._ranges[:count] > self._touching))
+        sided = state["facing"].read()[close] & (self._sides[close] != 0.0)
         # where the side is not known, the one that the pair is on
-        sides = np.where(sided, self._sides[close], np.where(heights < 0.0, -1.0, 1.0))
-        gaps = np.where(sided, sides * heights, distances[close])
+        sides = np.where(sided, self._sides[close], np.where(distances[close] < 0.0, -1.0, 1.0))
+        gaps = sides * distances[close]
         touching = gaps < self._ranges[close]
         at = close[touching]
         order = np.lexsort((self._near.seconds[at], self._near.firsts[at], self._near.kinds[at]))
         self._active = at[order]
         self._gaps = gaps[touching][order]
-        self._directions = sides[touching][order][:, None] * normals[self._active]
+        self._directions = sides[touching][order][:, None] * state["normals"].read()[self._active]
         self._weights = state["weights"].read()[self._active].copy()
 
     def _accepted_sides(self, count: int) -> np.ndarray:
-        """+1 or -1 for pairs whose closest points lie inside both features in the accepted state, else 0."""
+        """+1 or -1 for pairs whose distance has a sign in the accepted state, else 0."""
         self._launch(count, self._accepted)
-        state = self._state
-        heights = np.einsum("kd,kd->k", state["deltas"].read()[:count], state["normals"].read()[:count])
-        known = state["inside"].read()[:count] & (np.abs(heights) > self._touching)
-        return np.where(known, np.sign(heights), 0.0)
+        distances = self._state["distances"].read()[:count]
+        known = self._state["facing"].read()[:count] & (np.abs(distances) > self._touching)
+        return np.where(known, np.sign(distances), 0.0)
 
     def _launch(self, count: int, positions: wp.array) -> None:
         inputs = [self._pairs, self._search.features, positions]
@@ -201,7 +199,7 @@ class FacetContact:
         self._pairs = facet_pairs.FacetPairs()
         self._pairs.kinds, self._pairs.firsts, self._pairs.seconds = near.arrays
         self._out = facet_pairs.FacetDistances()
-        kinds = {"weights": vec4, "deltas": vec3, "distances": real, "normals": vec3, "inside": wp.bool}
+        kinds = {"weights": vec4, "distances": real, "normals": vec3, "facing": wp.bool}
         self._state = {name: Buffer(count, kind, self._device) for name, kind in kinds.items()}
         for name, buffer in self._state.items():
             setattr(self._out, name, buffer.array)
@@ -211,7 +209,7 @@ class FacetContact:
         sheets = self._sheets[self._corners(np.arange(count))[:, [0, 3]]]
         for positions, share in ((self._flat, CREASE_RATIO), (self._start, 1.0)):
             self._launch(count, positions)
-            limits = RANGE_SHARE * share * self._state["distances"].read()
+            limits = RANGE_SHARE * share * np.abs(self._state["distances"].read())
             if positions is self._flat:
                 limits[sheets[:, 0] != sheets[:, 1]] = np.inf
             self._ranges = np.minimum(self._ranges, limits)
@@ -227,6 +225,19 @@ class FacetContact:
         corners[~edges, 0] = first[~edges]
         corners[~edges, 1:] = features.triangles[second[~edges]]
         return corners
+
+    def _elements(self) -> np.ndarray:
+        """(active, 2) an element that holds each feature of touching pairs."""
+        near, at = self._near, self._active
+        edges = near.kinds[at] == EDGE_EDGE
+        elements = np.empty((len(at), 2), dtype=int)
+        for column, numbers, others in (
+            (0, near.firsts[at], self._submesh.elements),
+            (1, near.seconds[at], self._submesh.triangle_elements),
+        ):
+            elements[edges, column] = self._features.edge_elements[numbers[edges]]
+            elements[~edges, column] = others[numbers[~edges]]
+        return elements
 
     def _barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """b, db/dd and d2b/dd2 of touching pairs (J, N, N/m)."""
