@@ -107,14 +107,15 @@ def build_grid(low: np.ndarray, high: np.ndarray, members: np.ndarray | None, de
     )
     sizes = last - first + 1
     counts = sizes.prod(axis=1)
-    entry = np.repeat(np.arange(len(members)), counts)
-    rest = np.arange(len(entry)) - np.repeat(np.cumsum(counts) - counts, counts)
-    cells = classes[entry].astype(np.int64)
-    layers = sizes[:, 0] * sizes[:, 1]
-    z, rest = np.divmod(rest, layers[entry])
-    y, x = np.divmod(rest, sizes[entry, 0])
-    for axis, offset in ((2, z), (1, y), (0, x)):
-        cells = cells * int(box_grid.CELLS) + first[entry, axis] + offset
+    strides = int(box_grid.CELLS) ** np.arange(3)
+    lowest = classes * strides[2] * int(box_grid.CELLS) + first @ strides
+    # entry number n of a box is in its cell (x, y, z), n = x + width (y + depth z)
+    entry = np.repeat(np.arange(len(members), dtype=np.int32), counts)
+    number = np.arange(len(entry), dtype=np.int32) - np.repeat((np.cumsum(counts) - counts).astype(np.int32), counts)
+    width, depth = (sizes[:, axis].astype(np.int32)[entry] for axis in (0, 1))
+    row = number // width
+    plane = row // depth
+    cells = lowest[entry] + (number - row * width) + strides[1] * (row - plane * depth) + strides[2] * plane
 
     digits = max(1, len(cells).bit_length())
     slots = ((cells.astype(np.uint64) * np.uint64(int(box_grid.GOLDEN))) >> np.uint64(64 - digits)).astype(np.int32)
