@@ -200,28 +200,34 @@ def test_a_sheet_on_an_inclined_one(tmp_path, angle, mu):
         assert g[0] * 0.05 > 0.05
 
 
-def oblique(tmp_path, mu, step=1e-4):
-    """Two free sheets, of meshes that do not match, thrown onto each other obliquely."""
+SQUARES = grid(1, 1, (SIDE, SIDE)), grid(2, 2, (SIDE, SIDE), angle=0.3), "sts"
+STRIPS = grid(2, 1, (0.3, 0.04)), grid(1, 2, (0.04, 0.3), angle=0.2), "mixed"
+
+
+def oblique(tmp_path, case, mu):
+    """Two free sheets thrown onto each other obliquely."""
+    lower, upper, method = case
     return sliding(
         tmp_path,
         2.5e-3,
-        grid(1, 1, (SIDE, SIDE)),
-        grid(2, 2, (SIDE, SIDE), angle=0.3),
-        {"friction": mu},
+        lower,
+        upper,
+        {"method": method, "friction": mu},
         height=5.2e-4,
         load=[thrown([-0.2, 0.0, 0.25], LOWER), thrown([0.2, 0.1, -0.25], UPPER)],
-        integrator={"step": step, "spectral_radius": 1.0},
+        integrator={"step": 1e-4, "spectral_radius": 1.0},
     )
 
 
-@pytest.fixture(scope="module")
-def impacts(tmp_path_factory):
+@pytest.fixture(scope="module", params=[SQUARES, STRIPS], ids=["squares", "crossing strips"])
+def impacts(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("oblique")
-    return {mu: run(oblique(folder, mu)) for mu in (0.0, 0.4)}
+    system = system_of(oblique(folder, request.param, 0.0))
+    return system, {mu: run(oblique(folder, request.param, mu)) for mu in (0.0, 0.4)}
 
 
-def test_two_free_sheets_keep_their_momentum(tmp_path, impacts):
-    system = system_of(oblique(tmp_path, 0.0))
+def test_two_free_sheets_keep_their_momentum(impacts):
+    system, results = impacts
     positions = system.coordinates.positions
 
     def momenta(result):
@@ -229,22 +235,24 @@ def test_two_free_sheets_keep_their_momentum(tmp_path, impacts):
         linear = np.array([each[positions].sum(axis=0) for each in p])
         return linear, np.array([np.cross(q, each).sum(axis=0) for q, each in zip(result.q, p, strict=True)])
 
-    (_, smooth), (linear, angular) = momenta(impacts[0.0]), momenta(impacts[0.4])
-    scale = AREAL_MASS * SIDE**2 * 0.25
+    (_, smooth), (linear, angular) = momenta(results[0.0]), momenta(results[0.4])
+    scale = AREAL_MASS * system.mesh.areas.sum() * 0.25
     assert np.abs(linear - linear[0]).max() < 1e-9 * scale
     # the method of integration keeps angular momentum to second order only; friction makes it no worse
     assert np.abs(angular - angular[0]).max() < 2.0 * np.abs(smooth - smooth[0]).max() + 1e-12 * scale * SIDE
-    slip = impacts[0.4].probes["upper"][-1, 3:5]
-    assert np.linalg.norm(slip) < 0.8 * np.linalg.norm([0.2, 0.1])
+    along = results[0.4].probes["upper"][-1, 3:5]
+    assert np.linalg.norm(along) < 0.98 * np.linalg.norm([0.2, 0.1])
 
 
 def test_an_oblique_impact_keeps_its_energy_balance(impacts):
     """As well as without friction, though friction begins and ends within steps."""
-    smooth, rough = impacts[0.0].summary, impacts[0.4].summary
+    _, results = impacts
+    smooth, rough = results[0.0].summary, results[0.4].summary
     for name in ("energy_gain", "energy_loss"):
         assert rough[name] < smooth[name] + 1e-3
-    assert impacts[0.4].history["dissipated"][-1] > 0.2 * impacts[0.4].history["kinetic_energy"][0]
-    assert (np.diff(impacts[0.4].history["dissipated"]) >= 0.0).all()
+    history = results[0.4].history
+    assert history["dissipated"][-1] > 0.1 * history["kinetic_energy"][0]
+    assert (np.diff(history["dissipated"]) >= 0.0).all()
 
 
 def test_second_order_in_time(tmp_path):
