@@ -5,14 +5,18 @@ ipctk decides on a sub-mesh whether the sheet intersects itself. Where it does, 
     x_0 + t (x_1 - x_0) = a + u (b - a) + v (c - a),   0 <= t, u, v, 1 - u - v <= 1,   no corner shared.
 
 Of two faces A and B that do, the points of A that have their nearest point inside B, not on its rim, lie on both sides
-of B: d > 0 and d < 0. Depth is the lesser of the two largest distances, max d and max -d, of the points of A from B or
-of those of B from A, whichever is more: what would have to be pushed back, from mid-surface to mid-surface.
+of B: d > 0 and d < 0. Only those count that are joined to the sub-edges of A that pass through B by points on the same
+side. Depth is the lesser of the two largest distances, max d and max -d, of the points of A from B or of those of B
+from A, whichever is more: what would have to be pushed back, from mid-surface to mid-surface. Where there are no such
+points, beside a rim, it is how far the nearer end of a sub-edge lies beyond the sub-triangle that it passes through.
 """
 
 from dataclasses import dataclass
 
 import ipctk
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from warp_origami.model.submesh import Submesh
@@ -25,7 +29,7 @@ class Crossing:
     Attributes:
         face, beyond: A and B.
         depth: m.
-        flat: (2,) the deepest point of A in the flat sheet, m; where A passes through B if no point has.
+        flat: (2,) the deepest point of A in the flat sheet, m.
         creases: how many sub-edges on creases and free edges of either pass through the other.
         inner: how many inside of the faces do.
     """
@@ -63,22 +67,27 @@ class CrossingOracle:
         """Whether the sheet passes through itself."""
         return ipctk.has_intersections(self.oracle, points)
 
+    def crossed_triangles(self, points: np.ndarray) -> np.ndarray:
+        """(k,) sub-triangles that a sub-edge passes through."""
+        return np.unique(self._intersections(points)[1])
+
     def find(self, points: np.ndarray) -> list[Crossing]:
         """All pairs of faces that pass through each other, the deepest first."""
         edges, triangles = self._intersections(points)
-        cuts: dict[tuple[int, int], set[int]] = {}
-        for edge, triangle in zip(edges, triangles, strict=True):
-            beyond = self.submesh.triangle_faces[triangle]
-            for face in np.flatnonzero(self.of_face[:, edge]):
+        cuts: dict[tuple[int, int], list[int]] = {}
+        for hit, edge in enumerate(edges):
+            beyond = int(self.submesh.triangle_faces[triangles[hit]])
+            for face in np.flatnonzero(self.of_face[:, edge]).tolist():
                 if face != beyond:
-                    cuts.setdefault((int(min(face, beyond)), int(max(face, beyond))), set()).add(int(edge))
+                    cuts.setdefault((min(face, beyond), max(face, beyond)), []).append(hit)
         found = []
-        for pair, cut in cuts.items():
-            through = np.array(list(cut))
-            ways = [(*self._depth(points, *way), *way) for way in (pair, pair[::-1])]
+        for pair, hits in cuts.items():
+            through = np.unique(edges[hits])
+            ways = [(*self._depth(points, *way, through), *way) for way in (pair, pair[::-1])]
             depth, flat, face, beyond = max(ways, key=lambda way: way[0])
             if depth == 0.0:
-                flat = self.submesh.flat[self.edges[through[0]]].mean(axis=0)
+                ends = [self._nearer_end(points, edges[hit], triangles[hit]) for hit in hits]
+                depth, flat = max(ends, key=lambda end: end[0])
             creases = int(self.on_crease[through].sum())
             found.append(Crossing(face, beyond, depth, flat, creases, len(through) - creases))
         return sorted(found, key=lambda c: -c.depth)
@@ -89,9 +98,11 @@ class CrossingOracle:
         centres = corners.mean(axis=1)
         reach = 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
         reach += np.linalg.norm(corners - centres[:, None], axis=2).max()
-        near = cKDTree(ends.mean(axis=1)).query_ball_tree(cKDTree(centres), reach)
-        edge = np.repeat(np.arange(len(ends)), [len(row) for row in near])
-        triangle = np.concatenate([np.asarray(row, dtype=int) for row in near])
+        near = cKDTree(ends.mean(axis=1)).sparse_distance_matrix(cKDTree(centres), reach, output_type="ndarray")
+        edge, triangle = near["i"], near["j"]
+        overlap = (ends[edge].min(axis=1) <= corners[triangle].max(axis=1)).all(axis=1)
+        overlap &= (ends[edge].max(axis=1) >= corners[triangle].min(axis=1)).all(axis=1)
+        edge, triangle = edge[overlap], triangle[overlap]
         apart = ~(self.edges[edge][:, :, None] == self.triangles[triangle][:, None, :]).any(axis=(1, 2))
         edge, triangle = edge[apart], triangle[apart]
         along, (a, b, c) = ends[edge, 1] - ends[edge, 0], np.moveaxis(corners[triangle], 1, 0)
@@ -103,15 +114,29 @@ class CrossingOracle:
         hit = (t >= 0) & (t <= 1) & (u >= 0) & (v >= 0) & (u + v <= 1)
         return edge[hit], triangle[hit]
 
-    def _depth(self, points: np.ndarray, face: int, beyond: int) -> tuple[float, np.ndarray]:
+    def _nearer_end(self, points: np.ndarray, edge: int, triangle: int) -> tuple[float, np.ndarray]:
+        """How far the nearer end of a sub-edge lies beyond the plane of a sub-triangle, and its place."""
+        a, b, c = points[self.triangles[triangle]]
+        normal = np.cross(b - a, c - a)
+        heights = np.abs((points[self.edges[edge]] - a) @ normal) / np.linalg.norm(normal)
+        end = int(np.argmin(heights))
+        return float(heights[end]), self.submesh.flat[self.edges[edge, end]]
+
+    def _depth(self, points: np.ndarray, face: int, beyond: int, through: np.ndarray) -> tuple[float, np.ndarray]:
         """The lesser of the largest distances of the face from the other on either side of it, and where that is."""
-        mine = np.unique(self.triangles[self.submesh.triangle_faces == face])
+        edges = self.edges[self.of_face[face]]
+        mine, numbers = np.unique(edges, return_inverse=True)
+        numbers = numbers.reshape(edges.shape)
         other = self.submesh.triangle_faces == beyond
         signed = signed_distances(points[mine], points[self.triangles[other]], self.submesh.outer_edges[other])
+        same = numbers[np.sign(signed[numbers]).prod(axis=1) > 0]
+        graph = coo_matrix((np.ones(len(same)), tuple(same.T)), shape=(len(mine), len(mine)))
+        labels = connected_components(graph, directed=False)[1]
+        ends = numbers[np.isin(np.flatnonzero(self.of_face[face]), through)]
+        signed[~np.isin(labels, labels[ends])] = 0.0
         least, most = int(np.argmin(signed)), int(np.argmax(signed))
         deepest = least if -signed[least] < signed[most] else most
-        depth = min(-signed[least], signed[most])
-        return max(float(depth), 0.0), self.submesh.flat[mine[deepest]]
+        return max(0.0, min(-float(signed[least]), float(signed[most]))), self.submesh.flat[mine[deepest]]
 
 
 def signed_distances(points: np.ndarray, triangles: np.ndarray, rims: np.ndarray) -> np.ndarray:

@@ -39,6 +39,7 @@ class Case:
         label: in tables and figures.
         method: of contact; None without contact.
         pattern: overrides of the pattern's parameters.
+        drive: overrides of all four drivers.
         until: end of the run, s.
         seed: of random velocities at the start, SPEED in a random direction at every vertex; None: none.
         whole_elements: slave points are the 12 integration points of whole elements, as in the paper, instead of those
@@ -49,6 +50,7 @@ class Case:
     label: str
     method: str | None
     pattern: dict[str, float] = field(default_factory=dict)
+    drive: dict[str, object] = field(default_factory=dict)
     until: float = 4.0
     seed: int | None = None
     whole_elements: bool = False
@@ -56,6 +58,62 @@ class Case:
 
 SPEED = 0.05
 """m/s"""
+
+MODELS = (
+    Case("model1", "Model 1: no contact", None),
+    Case("model2", "Model 2: surface-to-surface", "sts"),
+    Case("model3", "Model 3: mixed", "mixed"),
+)
+
+UNFOLDED = 1.95
+"""s: the layers are apart from then on."""
+
+STOWED = ((9, 318), (9, 331), (3, 312))
+"""Other stowed shapes: inset of the ring middles and distance of the corners from the axis, mm; the scene's: 5, 312."""
+
+VARIATIONS = (
+    Case("sts_whole", "Model 2, 12 points an element", "sts", until=UNFOLDED, whole_elements=True),
+    Case("sts_whole_seed1", "the same, asymmetric", "sts", until=UNFOLDED, seed=1, whole_elements=True),
+    Case("sts_seed1", "Model 2, asymmetric", "sts", until=UNFOLDED, seed=1),
+    *(
+        Case(
+            f"sts_whole_inset{inset}_corner{corner}",
+            f"Model 2, 12 points an element, inset {inset} mm, corners at {corner} mm",
+            "sts",
+            pattern={"inset": 1e-3 * inset, "corner_distance": 1e-3 * corner},
+            until=UNFOLDED,
+            whole_elements=True,
+        )
+        for inset, corner in STOWED
+    ),
+    Case(
+        "early_drive",
+        "no contact, corners there at 3 s, overstretch 1e-3",
+        None,
+        drive={"overstretch": 1e-3, "profile": {"kind": "trapezoid", "start": 0.0, "end": 3.0}},
+    ),
+    *(
+        Case(
+            f"{method}_inset3_corner312",
+            f"{label}, inset 3 mm, corners at 312 mm",
+            method,
+            pattern={"inset": 3e-3, "corner_distance": 0.312},
+            until=UNFOLDED,
+        )
+        for method, label in (("sts", "Model 2"), ("mixed", "Model 3"))
+    ),
+    Case("mixed_seed1", "Model 3, asymmetric", "mixed", until=UNFOLDED, seed=1),
+    Case(
+        "sts_whole_seed2",
+        "12 points an element, asymmetric, seed 2",
+        "sts",
+        until=UNFOLDED,
+        seed=2,
+        whole_elements=True,
+    ),
+)
+"""What the paper leaves open about Model 2: the number of integration points, symmetry, the stowed shape. Another
+drive; and Model 3 without symmetry."""
 
 
 class States(Memory):
@@ -82,6 +140,7 @@ def scene_of(case: Case) -> Scene:
     overrides = [f"pattern.{key}={value}" for key, value in case.pattern.items()]
     scene = load_scene("leaf_in", overrides + ([f'contact.method="{case.method}"'] if case.method else []))
     values = scene.model_dump(exclude_none=True)
+    values["driver"] = [driver | case.drive for driver in values["driver"]]
     if case.method is None:
         del values["contact"]
     if case.seed is not None:
@@ -95,17 +154,23 @@ def scene_of(case: Case) -> Scene:
     return Scene(**values)
 
 
+def system_of(case: Case) -> System:
+    """The equations of motion of the case."""
+    system = System(scene_of(case), "cpu", PhaseClock())
+    if case.whole_elements:
+        system.contact = Contact(
+            system.mesh, system.coordinates, system.scene.contact, system.q0, divisions=1, sts_degree=6
+        )
+    return system
+
+
 def simulate(case: Case, folder: Path, say: Callable[[str], None]) -> None:
     """Runs the case, unless its folder already has it complete."""
     path = folder / case.name
     if is_finished(path, case.until) and (path / "states.npz").exists():
         return
     say(f"running {case.name} to {case.until:g} s")
-    system = System(scene_of(case), "cpu", PhaseClock())
-    if case.whole_elements:
-        system.contact = Contact(
-            system.mesh, system.coordinates, system.scene.contact, system.q0, divisions=1, sts_degree=6
-        )
+    system = system_of(case)
     observer = Observers([RunDirectory(path), States(path / "states.npz")])
     with threadpool_limits(1), deferred_interrupt() as interrupted:
         run = DynamicRun(system, observer, case.until)
@@ -140,8 +205,13 @@ class Result:
 
     @cached_property
     def system(self) -> System:
-        """The equations of motion that the run was made with."""
-        return System(scene_of(self.case), "cpu", PhaseClock())
+        """The equations of motion that the run was made with, its contact at the start."""
+        return system_of(self.case)
+
+    @property
+    def contact(self) -> Contact | None:
+        """The run's own contact, as it is at the start."""
+        return system_of(self.case).contact
 
     @cached_property
     def surface(self) -> Surface:
