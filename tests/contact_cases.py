@@ -19,10 +19,10 @@ def settings(method="sts", thickness=THICKNESS, exact=False):
 class TwoSheets:
     """A lower and an upper sheet, drawn apart in the flat plane, the upper one laid over the lower at a height."""
 
-    def __init__(self, lower, upper):
+    def __init__(self, lower, upper, *is_crease):
         (v1, t1), (v2, t2) = lower, upper
         self.shift = np.ptp(v1[:, 0]) + np.ptp(v2[:, 0]) + 1.0
-        self.mesh = mesh_of(*joined((v1, t1), (v2 + np.array([self.shift, 0.0]), t2)))
+        self.mesh = mesh_of(*joined((v1, t1), (v2 + np.array([self.shift, 0.0]), t2)), *is_crease)
         self.coordinates = number_coordinates(self.mesh)
         self.above = np.arange(len(self.mesh.vertices)) >= len(v1)
 
