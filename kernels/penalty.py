@@ -35,6 +35,7 @@ NO_CONTACT = wp.constant(real(1.0e30))  # gap of a pair that cannot touch, m
 
 NONE = wp.constant(-1)
 ITERATIONS = wp.constant(8)  # of the projection; 2 or 3 settle it in contact range
+ASTRAY = wp.constant(real(2e-3))  # squared sine between delta and the normal of a closest point, at most
 TIE = wp.constant(real(1e-9))  # relative difference of squared distances that are taken to be equal
 
 
@@ -129,13 +130,16 @@ def feature_normal(
 
 
 @wp.func
-def placed(p: LayerPoint, feature: int, outer: int, delta: vec3, normal: vec3):
-    """p with distance, height and direction of `delta` from it; `normal` is that of the layer there."""
+def placed(p: LayerPoint, feature: int, outer: int, delta: vec3, normal: vec3, astray: bool):
+    """p with distance, height and direction of `delta` from it; `normal` is that of the layer there.
+
+    `astray`: p lies inside, but is not the closest point.
+    """
     p.outer = is_outer(outer, feature)
     p.height = wp.dot(delta, normal)
     p.normal = normal
     p.distance = p.height
-    if feature != INSIDE:
+    if feature != INSIDE or astray:
         p.distance = wp.length(delta)
         if p.distance > real(0.0):
             p.normal = delta / p.distance
@@ -188,7 +192,7 @@ def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
     normal = normal_of(surface, triangle)
     if feature != INSIDE:
         normal = feature_normal(surface, candidates, start, end, triangle, feature)
-    return placed(p, feature, surface.outer[triangle], x - point_of(surface, triangle, weights), normal)
+    return placed(p, feature, surface.outer[triangle], x - point_of(surface, triangle, weights), normal, False)
 
 
 @wp.func
@@ -252,7 +256,12 @@ def cubic_point(
     feature = feature_of(foot.areas)
     if feature != INSIDE:  # elements that meet in the point
         normal = wp.normalize(total)
-    return placed(p, feature, masters.outer[p.element], x - foot.r, normal)
+    delta = x - foot.r
+    height = wp.dot(delta, normal)
+    # the surface may be bent too sharply to find its closest point: being low over a tangent plane is not being near
+    length_sq = wp.length_sq(delta)
+    astray = length_sq - height * height > ASTRAY * (length_sq + ASTRAY * masters.zone * masters.zone)
+    return placed(p, feature, masters.outer[p.element], delta, normal, astray)
 
 
 @wp.func

@@ -42,6 +42,13 @@ LONGEST_CRAWL = 200
 MOST_HALVINGS = 6
 """How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
 
+LESS_CREATED = 0.8
+"""Halving a step makes it better if the energy that it creates over its length falls below this share."""
+
+FORGETTING = 0.9
+"""Part of a rate that halving has not made better which is borne in the next step too: ringing after changes of the
+step creates and loses at rates that do not depend on it."""
+
 
 @dataclass(frozen=True)
 class RunState:
@@ -54,6 +61,7 @@ class RunState:
         counters: numbers for the summary.
         frames: number of frames written.
         crawled: accepted steps since the last one of usual length.
+        borne: W, rate at which steps may create energy because shorter ones do no better.
     """
 
     kinematics: Kinematics
@@ -63,6 +71,7 @@ class RunState:
     counters: Counters
     frames: int
     crawled: int
+    borne: float
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything as arrays, for a checkpoint."""
@@ -105,7 +114,7 @@ class DynamicRun:
         self.observer.start(self.system.scene, self.surface.submesh, None)
         self.system.accept(self.system.q0)
         kinematics, forces, balance = self.stepper.start(self.controller.first)
-        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), frames=0, crawled=0)
+        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), frames=0, crawled=0, borne=0.0)
         with self.clock.phase("output"):
             self.observer.step(self._record(state, 0.0, 0))
             self.observer.frame(self.surface.frame(0.0, kinematics.q))
@@ -145,7 +154,7 @@ class DynamicRun:
                         "the smallest step is not accurate enough", "a larger integrator.tolerance"
                     )
                 continue
-            if smaller is not None and self._creates_energy(outcome, creations):
+            if smaller is not None and self._creates_energy(outcome, creations, state.borne):
                 counters, step = counters.rejected(), smaller
                 creations.append(outcome.created)
                 continue
@@ -166,17 +175,20 @@ class DynamicRun:
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
             outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
-        return self._write(replace(state, crawled=crawled), outcome, counters, proposed), None
+        # in vain if the last two halvings have not made it better
+        vain = len(creations) >= 2 and outcome.created > LESS_CREATED * creations[-2]
+        borne = max(outcome.created if vain else 0.0, FORGETTING * state.borne)
+        return self._write(replace(state, crawled=crawled, borne=borne), outcome, counters, proposed), None
 
-    def _creates_energy(self, outcome: StepOutcome, creations: list[float]) -> bool:
+    def _creates_energy(self, outcome: StepOutcome, creations: list[float], borne: float) -> bool:
         """Whether a step is bad because it creates energy, and halving it (`creations` so far, W) makes that better."""
         scale = max(outcome.balance.largest, self.resolved_energy)
         rate = CREATED_SHARE * scale / self.system.scene.analysis.end
-        if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= rate:
+        if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= max(rate, borne):
             return False
         if len(creations) >= MOST_HALVINGS:
             return False
-        return len(creations) < 2 or outcome.created < 0.9 * creations[-2]
+        return len(creations) < 2 or outcome.created < LESS_CREATED * creations[-2]
 
     def _has_exploded(self, outcome: StepOutcome) -> bool:
         """Whether nearly all energy there is was created by the method."""
@@ -186,7 +198,14 @@ class DynamicRun:
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
         counters = counters.accepted(self.record.contacts().max_penetration)
         state = RunState(
-            outcome.kinematics, proposed, outcome.forces, outcome.balance, counters, before.frames, before.crawled
+            outcome.kinematics,
+            proposed,
+            outcome.forces,
+            outcome.balance,
+            counters,
+            before.frames,
+            before.crawled,
+            before.borne,
         )
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))

@@ -11,6 +11,7 @@ from warp_origami.terms.shapes import tabulate
 
 from .records import Frame
 
+
 class Probes:
     """Values at the scene's probes: position, velocity, and stress averaged over touching elements by area."""
 

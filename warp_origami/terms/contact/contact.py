@@ -78,7 +78,7 @@ class Contact:
     ) -> None:
         if settings.method not in METHODS:
             raise InputError("contact.method", settings.method, " or ".join(METHODS))
-        self.name = f"contact ({settings.method})"
+        self.name, self._mesh = f"contact ({settings.method})", mesh
         self.submesh: Submesh = build_submesh(mesh, divisions or default_divisions(len(mesh.triangles)))
         self._surfaces = SurfaceContact(
             mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
@@ -113,11 +113,28 @@ class Contact:
         return self._surfaces.reach
 
     def passage(self, before: np.ndarray, after: np.ndarray) -> Passage | None:
-        """The first passage of features through each other on the straight way between two states (n, 3).
+        """The first passage of the drawn sub-triangles through each other on the straight way between two states
+        (n, 3); if there is none, a point or edge that the second state leaves on the wrong side of a cubic surface.
 
-        None if there is none, and for `sts` and `nts` unless they are guarded.
+        None if there is neither, and for `sts` and `nts` unless they are guarded.
         """
-        return None if self._swept is None else self._swept.first_passage(before, after)
+        if self._swept is None:
+            return None
+        return self._swept.first_passage(before, after) or self._gone_through(after)
+
+    def _gone_through(self, q: np.ndarray) -> Passage | None:
+        """A point that is through a layer, or an edge through an edge, at q."""
+        for kind, term in (("point-layer", self._surfaces), ("edge-edge", self._edges)):
+            if term is None:
+                continue
+            term.gradient(q)
+            through = term.through()
+            if len(through):
+                elements = term.active_pairs().elements[through[0]].tolist()
+                flat = term.flat_points()[through[0]].tolist()
+                faces = self._mesh.faces[elements].tolist()
+                return Passage(kind, 1.0, tuple(elements), tuple(faces), tuple(map(tuple, flat)))
+        return None
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on all stay on the sides of each other where they are in q."""

@@ -132,6 +132,12 @@ class EdgeContact:
         depths = self._law.penetration(self._narrow.gaps.read()[at], self._narrow.thickness[at])
         return len(at), float(depths.max(initial=0.0))
 
+    def through(self) -> np.ndarray:
+        """Pairs of active_pairs() that have gone through each other in the last evaluated state, as in statistics()."""
+        at, state = self._active, self._narrow
+        distances = state.gaps.read()[at] + state.thickness[at]
+        return np.flatnonzero((distances < -self._touching) & (state.weights.read()[at] >= 0.5))
+
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
         return {

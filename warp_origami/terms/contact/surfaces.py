@@ -155,6 +155,13 @@ class SurfaceContact:
         gaps, _, begins = self._given_to_law()
         return sts, len(self._active) - sts, float(self._law.penetration(gaps, begins).max())
 
+    def through(self) -> np.ndarray:
+        """Pairs of active_pairs() whose point has gone through the layer in the last evaluated state."""
+        if not len(self._active):
+            return self._active
+        gaps, _, begins = self._given_to_law()
+        return np.flatnonzero(gaps + begins < -self._touching)
+
     def summary(self, edges: int) -> ContactSummary:
         """What will be modelled, for `check`, beside a number of edges."""
         return summarize(self._mesh, self._submesh, self._points, self._table, self._search, self._narrow, edges)

@@ -43,8 +43,8 @@ class Passage:
     """The first touch in a step.
 
     Attributes:
-        kind: "vertex-triangle" or "edge-edge".
-        t: part of the step until which nothing touches.
+        kind: "vertex-triangle", "edge-edge" or, of a state that a step leads to, "point-layer".
+        t: part of the step until which nothing is known to touch.
         elements: an element of the vertex and that of the triangle, or an element of each edge.
         faces: the mesh faces of these elements.
         flat: flat positions (m) of the touching points of the first and of the second feature.
