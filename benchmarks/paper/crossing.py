@@ -8,7 +8,8 @@ Of two faces A and B that do, the points of A that have their nearest point insi
 of B: d > 0 and d < 0. Only those count that are joined to the sub-edges of A that pass through B by points on the same
 side. Depth is the lesser of the two largest distances, max d and max -d, of the points of A from B or of those of B
 from A, whichever is more: what would have to be pushed back, from mid-surface to mid-surface. Where there are no such
-points, beside a rim, it is how far the nearer end of a sub-edge lies beyond the sub-triangle that it passes through.
+points, beside a rim, it is the least of how far both ends of a sub-edge lie from the plane of the sub-triangle that it
+passes through, and how far it passes from the rim of that face.
 """
 
 from dataclasses import dataclass
@@ -73,7 +74,7 @@ class CrossingOracle:
 
     def find(self, points: np.ndarray) -> list[Crossing]:
         """All pairs of faces that pass through each other, the deepest first."""
-        edges, triangles = self._intersections(points)
+        edges, triangles, places = self._intersections(points)
         cuts: dict[tuple[int, int], list[int]] = {}
         for hit, edge in enumerate(edges):
             beyond = int(self.submesh.triangle_faces[triangles[hit]])
@@ -86,22 +87,22 @@ class CrossingOracle:
             ways = [(*self._depth(points, *way, through), *way) for way in (pair, pair[::-1])]
             depth, flat, face, beyond = max(ways, key=lambda way: way[0])
             if depth == 0.0:
-                ends = [self._nearer_end(points, edges[hit], triangles[hit]) for hit in hits]
-                depth, flat = max(ends, key=lambda end: end[0])
+                tips = [self._tip(points, edges[hit], triangles[hit], places[hit]) for hit in hits]
+                depth, flat = max(tips, key=lambda tip: tip[0])
             creases = int(self.on_crease[through].sum())
             found.append(Crossing(face, beyond, depth, flat, creases, len(through) - creases))
         return sorted(found, key=lambda c: -c.depth)
 
-    def _intersections(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sub-edges and the sub-triangles that they pass through."""
+    def _intersections(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Sub-edges, the sub-triangles that they pass through, and where (k, 3)."""
         ends, corners = points[self.edges], points[self.triangles]
         centres = corners.mean(axis=1)
         reach = 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
         reach += np.linalg.norm(corners - centres[:, None], axis=2).max()
         near = cKDTree(ends.mean(axis=1)).sparse_distance_matrix(cKDTree(centres), reach, output_type="ndarray")
         edge, triangle = near["i"], near["j"]
-        overlap = (ends[edge].min(axis=1) <= corners[triangle].max(axis=1)).all(axis=1)
-        overlap &= (ends[edge].max(axis=1) >= corners[triangle].min(axis=1)).all(axis=1)
+        overlap = (ends.min(axis=1)[edge] <= corners.max(axis=1)[triangle]).all(axis=1)
+        overlap &= (ends.max(axis=1)[edge] >= corners.min(axis=1)[triangle]).all(axis=1)
         edge, triangle = edge[overlap], triangle[overlap]
         apart = ~(self.edges[edge][:, :, None] == self.triangles[triangle][:, None, :]).any(axis=(1, 2))
         edge, triangle = edge[apart], triangle[apart]
@@ -112,15 +113,18 @@ class CrossingOracle:
             slope = -_dot(along, normal)
             t, u, v = _dot(from_a, normal) / slope, -_dot(turned, c - a) / slope, _dot(turned, b - a) / slope
         hit = (t >= 0) & (t <= 1) & (u >= 0) & (v >= 0) & (u + v <= 1)
-        return edge[hit], triangle[hit]
+        return edge[hit], triangle[hit], (ends[edge, 0] + t[:, None] * along)[hit]
 
-    def _nearer_end(self, points: np.ndarray, edge: int, triangle: int) -> tuple[float, np.ndarray]:
-        """How far the nearer end of a sub-edge lies beyond the plane of a sub-triangle, and its place."""
+    def _tip(self, points: np.ndarray, edge: int, triangle: int, place: np.ndarray) -> tuple[float, np.ndarray]:
+        """What would have to be pushed back of a sub-edge that passes through beside a rim at `place`, and where."""
         a, b, c = points[self.triangles[triangle]]
         normal = np.cross(b - a, c - a)
         heights = np.abs((points[self.edges[edge]] - a) @ normal) / np.linalg.norm(normal)
-        end = int(np.argmin(heights))
-        return float(heights[end]), self.submesh.flat[self.edges[edge, end]]
+        rim = points[self.edges[self.of_face[self.submesh.triangle_faces[triangle]] & self.on_crease]]
+        along = rim[:, 1] - rim[:, 0]
+        share = np.clip(_dot(place - rim[:, 0], along) / _dot(along, along), 0.0, 1.0)
+        beside = np.linalg.norm(rim[:, 0] + share[:, None] * along - place, axis=1).min()
+        return min(float(heights.min()), float(beside)), self.submesh.flat[self.edges[edge, np.argmin(heights)]]
 
     def _depth(self, points: np.ndarray, face: int, beyond: int, through: np.ndarray) -> tuple[float, np.ndarray]:
         """The lesser of the largest distances of the face from the other on either side of it, and where that is."""
