@@ -59,6 +59,8 @@ SIZES = {
 }
 FILM = 5e-4
 REPEATS = 5
+FIXED_COST = 700
+"""Elements below which what does not depend on their number makes up much of the time."""
 PHASES = {
     "grid": ("build_grid",),
     "count": ("count_overlaps",),
@@ -250,18 +252,20 @@ def draw(rows: list[dict]) -> None:
     for series, key, label, style in curves:
         chosen = [row for row in rows if row["series"] == series]
         elements, seconds = (np.array([row[name] for row in chosen]) for name in ("elements", key))
-        label = f"{label} (slope {exponent(chosen, key):.2f})"
+        label = f"{label}: {exponent(chosen, key, FIXED_COST):.2f}"
         axes[0].loglog(elements, seconds, style, label=label, markersize=4, linewidth=1.2)
         axes[1].loglog(elements, 1e3 * seconds / elements, style, markersize=4, linewidth=1.2)
     x = np.array([40.0, 6e4])
-    axes[0].loglog(x, 6e-6 * x, "k-", linewidth=0.6)
-    axes[0].annotate("linear", (3e4, 0.12), fontsize=8)
+    axes[0].loglog(x, 2e-6 * x, "k-", linewidth=0.6)
+    axes[0].annotate("linear", (60.0, 2e-4), fontsize=8, rotation=38)
     axes[0].set_ylabel("CPU seconds")
     axes[1].set_ylabel("CPU seconds per 1000 elements")
     for axis in axes:
         axis.set_xlabel("elements")
         axis.grid(True, which="major", linewidth=0.4)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=8)
+    handles, labels = axes[0].get_legend_handles_labels()
+    title = f"exponent above {FIXED_COST} elements"
+    figure.legend(handles, labels, loc="outside right center", fontsize=8, title=title, title_fontsize=8)
     figure.savefig(RESULTS / "broadphase.png", dpi=110)
 
 
@@ -298,8 +302,8 @@ def main() -> None:
         chosen = [row for row in rows if row["series"] == series]
         for key in ("search", "narrow_phase", "rest_of_evaluation", "setup"):
             if key in chosen[0]:
-                print(f"{series:7} {key:19} exponent {exponent(chosen, key):.2f}, above 700: ", end="")
-                print(f"{exponent(chosen, key, 700):.2f}")
+                above = f"above {FIXED_COST} elements {exponent(chosen, key, FIXED_COST):.2f}"
+                print(f"{series:7} {key:19} exponent {exponent(chosen, key):.2f}, {above}")
     RESULTS.mkdir(exist_ok=True)
     write("broadphase.csv", rows)
     draw(rows)
