@@ -37,7 +37,7 @@ def test_sheets_that_meet_flat_penetrate_by_the_target(tmp_path, speed, share):
 
 @pytest.mark.parametrize("speed", [1.0, 10.0, 50.0])
 def test_a_corner_poked_into_a_sheet_stays_below_the_target(tmp_path, speed):
-    """The corner moves a fiftieth of its element's mass: a sixth of the target, at every speed."""
+    """The corner moves a fiftieth of its element's mass: a quarter of the target, at every speed."""
     step = 5e-7 / speed
     scene = corner_over_sheet(
         tmp_path, AUTO, (1e-4 + 1.2e-5) / speed, speed, integrator={"step": step, "spectral_radius": 0.8}

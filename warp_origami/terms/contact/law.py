@@ -6,9 +6,9 @@
 
 g is the distance less the one at which the pair begins to press, a. With the penalty a is the effective thickness h,
 and layers sink into each other by -g. With the barrier a = (1 + RANGE) h and z = RANGE h: the force begins RANGE h
-before the thickness and has grown to several thousand k z where layers would be at it. It stays finite, so that an
-iterate that is closer is pushed back, and where the stiffness of two edges fades the energy fades too. Both begin with
-the stiffness k, and both are energies of q alone: contact stores what it takes and gives it back.
+before the thickness and has grown to 150 k z, its energy to 14 k z^2, where layers are at it. It stays finite, so that
+an iterate that is closer is pushed back, and where the stiffness of two edges fades the energy fades too. Both begin
+with the stiffness k, and both are energies of q alone: contact stores what it takes and gives it back.
 
 Sources: penalty, paper (36), (44); barriers in contact: M. Li et al., Incremental Potential Contact, ACM Transactions
 on Graphics 39 (2020), whose logarithm begins without stiffness.
@@ -22,8 +22,9 @@ import numpy as np
 RANGE = 0.1
 """Part of the effective thickness outside of it in which the barrier acts."""
 
-LEFT = 0.02
-"""Part of the range that is left where the barrier goes over into its parabola."""
+LEFT = 0.1
+"""Part of the range that is left where the barrier goes over into its parabola, a thousand times as stiff as at its
+begin. With 0.02, Newton spends hundreds of evaluations on iterates that are far through a layer."""
 
 LEAST_SHARE = 1e-3
 """Effective thickness over that of contact below which a pair keeps the penalty: points next to a crease, and layers
