@@ -194,6 +194,18 @@ def test_frames_hold_the_pressure_of_their_own_time():
         )
 
 
+def test_layers_that_move_apart_show_no_pressure():
+    """Not between steps either, while they get back a thickness that is larger than their distance was."""
+    tables = impact(["contact_pressure"]).model_dump(exclude_none=True)
+    tables["contact"]["thickness"] = 1e-3
+    for load in tables["load"]:
+        load["value"] = [0.0, 0.0, -load["value"][2]]
+    tables["integrator"]["step"] = 7e-6
+    result = wo.simulate(wo.Scene(**tables))
+    assert len(result.frames) > 10 and result.history["contact_energy"].max() == 0.0
+    assert max(frame.fields["contact_pressure"].max() for frame in result.frames) == 0.0
+
+
 def test_pressure_in_the_animation(tmp_path):
     """A primvar like any other; its colours reach from zero to what is pressed, however small that part is."""
     result = wo.simulate(impact(["contact_pressure"]), observers=[RunDirectory(tmp_path)])

@@ -170,7 +170,6 @@ class DynamicRun:
         crawled = state.crawled + 1 if taken < CRAWLING_SHARE * self.system.scene.analysis.end else 0
         if crawled > LONGEST_CRAWL:
             return replace(state, counters=counters), _crawling(refused)
-        self.system.accept(outcome.kinematics.q)
         if taken < step:  # cut to land on a stop
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
@@ -196,6 +195,9 @@ class DynamicRun:
         return largest > self.resolved_energy and outcome.balance.rise > EXPLODED_SHARE * largest
 
     def _write(self, before: RunState, outcome: StepOutcome, counters: Counters, proposed: float) -> RunState:
+        with self.clock.phase("output"):  # frames within the step see contact as the step has seen it
+            frames = self._frames(before.kinematics, outcome.kinematics, before.frames)
+        self.system.accept(outcome.kinematics.q)
         counters = counters.accepted(self.record.contacts().max_penetration)
         state = RunState(
             outcome.kinematics,
@@ -203,13 +205,12 @@ class DynamicRun:
             outcome.forces,
             outcome.balance,
             counters,
-            before.frames,
+            frames,
             before.crawled,
             before.borne,
         )
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))
-            state = replace(state, frames=self._frames(before.kinematics, state.kinematics, before.frames))
         if state.kinematics.time in self.stops[:-1]:
             state = self._pass_kink(state)
         with self.clock.phase("output"):
