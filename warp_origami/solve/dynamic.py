@@ -39,11 +39,12 @@ CRAWLING_SHARE = 1e-8
 LONGEST_CRAWL = 200
 """A run that has crawled for so many steps is ended: it would not come to its end."""
 
-MOST_HALVINGS = 6
-"""How often a step that creates energy is halved at the most: much smaller steps only add the noise of Newton."""
+NEGLIGIBLE_SHARE, SMALL_SHARE = 1e-5, 2e-4
+"""A step may create this share of the run's largest energy; and the larger one if halving it has not made it better."""
 
 LESS_CREATED = 0.8
-"""Halving a step makes it better if the energy that it creates over its length falls below this share."""
+"""Halving a step twice makes it better if the energy that it creates over its length falls below this share. It need
+not fall before steps are shorter than a contact."""
 
 FORGETTING = 0.9
 """Part of a rate that halving has not made better which is borne in the next step too: ringing after changes of the
@@ -154,7 +155,7 @@ class DynamicRun:
                         "the smallest step is not accurate enough", "a larger integrator.tolerance"
                     )
                 continue
-            if smaller is not None and self._creates_energy(outcome, creations, state.borne):
+            if smaller is not None and self._creates_energy(outcome, taken, creations, state.borne):
                 counters, step = counters.rejected(), smaller
                 creations.append(outcome.created)
                 continue
@@ -174,20 +175,19 @@ class DynamicRun:
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
             outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
-        # in vain if the last two halvings have not made it better
-        vain = len(creations) >= 2 and outcome.created > LESS_CREATED * creations[-2]
-        borne = max(outcome.created if vain else 0.0, FORGETTING * state.borne)
+        borne = max(outcome.created if _in_vain(outcome, creations) else 0.0, FORGETTING * state.borne)
         return self._write(replace(state, crawled=crawled, borne=borne), outcome, counters, proposed), None
 
-    def _creates_energy(self, outcome: StepOutcome, creations: list[float], borne: float) -> bool:
-        """Whether a step is bad because it creates energy, and halving it (`creations` so far, W) makes that better."""
+    def _creates_energy(self, outcome: StepOutcome, taken: float, creations: list[float], borne: float) -> bool:
+        """Whether a step is bad because it creates energy, and shorter ones (`creations` so far, W) may be better."""
         scale = max(outcome.balance.largest, self.resolved_energy)
         rate = CREATED_SHARE * scale / self.system.scene.analysis.end
         if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= max(rate, borne):
             return False
-        if len(creations) >= MOST_HALVINGS:
+        created = outcome.created * taken
+        if created <= NEGLIGIBLE_SHARE * scale:
             return False
-        return len(creations) < 2 or outcome.created < LESS_CREATED * creations[-2]
+        return created > SMALL_SHARE * scale or not _in_vain(outcome, creations)
 
     def _has_exploded(self, outcome: StepOutcome) -> bool:
         """Whether nearly all energy there is was created by the method."""
@@ -250,6 +250,11 @@ class DynamicRun:
                 summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}
         self.observer.finish(summary)
         return summary
+
+
+def _in_vain(outcome: StepOutcome, creations: list[float]) -> bool:
+    """Whether the last two of the shorter steps (`creations` of those before, W) have not created less energy."""
+    return len(creations) >= 2 and outcome.created > LESS_CREATED * creations[-2]
 
 
 def _crawling(refused: Failure | None) -> Failure:
