@@ -17,7 +17,7 @@ import warp as wp
 
 from .edge_curve import CurvePoint, closest_on_curves, closest_on_segments, curve_point
 from .edge_search import least_distance, part_of
-from .penalty import FREE, NO_CONTACT
+from .point_gap import FREE, NO_CONTACT
 from .precision import real, vec2, vec3
 
 NEAR_PARALLEL = wp.constant(real(1e-3))  # e: squared sine below which the force fades

@@ -5,7 +5,7 @@ U = sum_I U(g_I, eps_n)    over nodes I and layers, g_I < 0
 
 import warp as wp
 
-from .penalty import Contacts, Masters, Pairs, write_contact
+from .point_gap import Contacts, Masters, Pairs, write_contact
 from .precision import real, vec3
 
 

@@ -8,7 +8,7 @@ of eps_s, because each of two surfaces is slave to the other: together they are 
 
 import warp as wp
 
-from .penalty import Contacts, Masters, Pairs, write_contact
+from .point_gap import Contacts, Masters, Pairs, write_contact
 from .precision import real, vec3
 
 

@@ -17,7 +17,7 @@ import warp as wp
 from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import edge_edge, edge_search
-from warp_origami.kernels.penalty import FREE
+from warp_origami.kernels.point_gap import FREE
 from warp_origami.kernels.precision import real, vec2, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
@@ -131,12 +131,6 @@ class EdgeContact:
         at = self._active[self._narrow.weights.read()[self._active] >= 0.5]
         depths = self._law.penetration(self._narrow.gaps.read()[at], self._narrow.thickness[at])
         return len(at), float(depths.max(initial=0.0))
-
-    def through(self) -> np.ndarray:
-        """Pairs of active_pairs() that have gone through each other in the last evaluated state, as in statistics()."""
-        at, state = self._active, self._narrow
-        distances = state.gaps.read()[at] + state.thickness[at]
-        return np.flatnonzero((distances < -self._touching) & (state.weights.read()[at] >= 0.5))
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""

@@ -6,7 +6,7 @@ from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import facet_error
 from warp_origami.kernels.closest_point import Surface
-from warp_origami.kernels.penalty import Masters
+from warp_origami.kernels.point_gap import Masters
 from warp_origami.kernels.precision import real, vec2, vec3
 from warp_origami.kernels.projection import Elements
 from warp_origami.model.coordinates import Coordinates

@@ -3,7 +3,7 @@
 import numpy as np
 import warp as wp
 
-from warp_origami.kernels import nts, penalty, sts
+from warp_origami.kernels import nts, point_gap, sts
 from warp_origami.kernels.precision import real, vec3, vec9
 
 from ..buffers import Buffer
@@ -55,7 +55,7 @@ class NarrowPhase:
         sts_count: number of pairs whose slave is an integration point; they come first.
         thickness: (n,) distance at which each pair begins to press, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
-        gaps, normals, elements, shapes, distances, heights, outer: buffers, see penalty.Contacts.
+        gaps, normals, elements, shapes, distances, heights, outer: buffers, see point_gap.Contacts.
         reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
@@ -65,7 +65,7 @@ class NarrowPhase:
         thickness: np.ndarray,
         sides: np.ndarray,
         slaves: wp.array,
-        masters: penalty.Masters,
+        masters: point_gap.Masters,
         kernels: SlaveKernels,
         reach: float,
         device: str,
@@ -88,7 +88,7 @@ class NarrowPhase:
 
         self.sides = Buffer(count, wp.int32, device)
         self.sides.write(sides[order])
-        given = penalty.Pairs()
+        given = point_gap.Pairs()
         given.points = wp.array(self.points, dtype=wp.int32, device=device)
         given.starts = wp.array(pairs.starts[:-1][order], dtype=wp.int32, device=device)
         given.ends = wp.array(pairs.starts[1:][order], dtype=wp.int32, device=device)
@@ -98,7 +98,7 @@ class NarrowPhase:
         given.thickness = self._thickness.array
         given.sides = self.sides.array
 
-        contacts = penalty.Contacts()
+        contacts = point_gap.Contacts()
         kinds = {"normals": vec3, "shapes": vec9, "elements": wp.int32, "outer": wp.bool}
         for name in ("gaps", "normals", "elements", "shapes", "distances", "heights", "outer"):
             buffer = Buffer(count, kinds.get(name, real), device)

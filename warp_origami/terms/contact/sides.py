@@ -7,7 +7,7 @@ attraction through the sheet.
 
 import numpy as np
 
-from warp_origami.kernels.penalty import FREE, UNKNOWN
+from warp_origami.kernels.point_gap import FREE, UNKNOWN
 from warp_origami.model.mesh import Mesh
 
 from .narrow import NarrowPhase

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import broadphase
-from warp_origami.kernels.penalty import FREE, UNKNOWN
+from warp_origami.kernels.point_gap import FREE, UNKNOWN
 from warp_origami.kernels.precision import vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
@@ -65,7 +65,7 @@ class SurfaceContact:
     ) -> None:
         k = submesh.divisions
         self._mesh, self._device = mesh, device
-        self._law = contact_law(settings.exact, settings.thickness)
+        self._law = contact_law(settings.method, settings.exact, settings.thickness)
         self._thickness = self._law.outset * float(settings.thickness)
         self._submesh = submesh
         self._points = build_points(
@@ -155,12 +155,36 @@ class SurfaceContact:
         gaps, _, begins = self._given_to_law()
         return sts, len(self._active) - sts, float(self._law.penetration(gaps, begins).max())
 
-    def through(self) -> np.ndarray:
-        """Pairs of active_pairs() whose point has gone through the layer in the last evaluated state."""
-        if not len(self._active):
-            return self._active
-        gaps, _, begins = self._given_to_law()
-        return np.flatnonzero(gaps + begins < -self._touching)
+    def through(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points on the wrong side of a layer at q (n, 3): (k, 2) elements of the point and of the place where it is
+        through, and (k, 2, 2) their flat positions, m.
+
+        A distance changes by no more than the two points move. Where it has changed sign by more since the accepted
+        state, the point has not gone through: another part of the layer that is turned over has become the nearest, and
+        the side of the pair is forgotten.
+        """
+        self._evaluate(q)
+        gaps, _, begins = self._given_to_law() if len(self._active) else 3 * (np.zeros(0),)
+        found = np.flatnonzero(gaps + begins < -self._touching)
+        if not len(found):
+            return np.zeros((0, 2), dtype=int), np.zeros((0, 2, 2))
+        elements, flat = self.active_pairs().elements[found], self.flat_points()[found]
+        keys, depths, here = self._narrow.keys[self._active[found]], -(gaps + begins)[found], self._positions
+        self._evaluate(self._accepted_q)
+        state = self._narrow
+        distances = np.abs(state.distances.read()[state.reached])
+        known = dict(zip(state.keys[state.reached].tolist(), distances.tolist(), strict=True))
+        before = np.array([known.get(key, np.inf) for key in keys.tolist()])
+        self._forget(keys[before + depths > 2.0 * _largest_distance(here, self._positions) + self._touching])
+        return elements, flat
+
+    def _forget(self, keys: np.ndarray) -> None:
+        """Makes pairs free to be on either side at the accepted state."""
+        names = np.union1d(self._accepted_keys, keys)
+        sides = np.full(len(names), FREE, dtype=np.int32)
+        sides[np.searchsorted(names, self._accepted_keys)] = self._accepted_sides
+        sides[np.searchsorted(names, keys)] = FREE
+        self._accepted_keys, self._accepted_sides, self._built_at = names, sides, None
 
     def summary(self, edges: int) -> ContactSummary:
         """What will be modelled, for `check`, beside a number of edges."""
