@@ -380,7 +380,7 @@ def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
         (
             "crease rule",
             f"the thickness that counts between a point and a layer is at most {CREASE_RATIO:g} of their distance in "
-            f"the flat sheet and at most their distance at the start: {contact.left_out} pairs left out, "
+            f"the flat sheet and at first at most their distance at the start: {contact.left_out} pairs left out, "
             f"{contact.weakened_by_crease} weakened by the first, {contact.weakened_by_start} by the second",
         ),
         ("  faces with a crease", listed(contact.crease_neighbours)),
