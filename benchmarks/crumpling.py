@@ -20,7 +20,7 @@ LARGEST_GAIN = 5e-3
 def faults(found: dict) -> list[str]:
     """What is wrong with a run."""
     wrong = [] if found["status"] == "done" else [found["status"]]
-    wrong += ["crosses"] if int(found["crossings"]) else []
+    wrong += ["passes through itself"] if int(found["crossings"]) or int(found["passages"]) else []
     wrong += [] if str(found["finite"]) == "True" else ["not finite"]
     wrong += ["creates energy"] if not float(found["energy_gain"]) < LARGEST_GAIN else []
     touched = any(int(found[column]) for column in ("contacts_sts", "contacts_nts", "contacts_edge"))

@@ -46,8 +46,8 @@ def main() -> None:
     crossed = 0
     for found in fill_table(options.out, labels, run):
         print("  ".join(f"{key} {value}" for key, value in found.items()), flush=True)
-        crossed += int(found["crossings"]) > 0
-    print(f"{crossed} of {len(labels)} runs cross")
+        crossed += int(found["crossings"]) > 0 or int(found["passages"]) > 0
+    print(f"{crossed} of {len(labels)} runs pass through themselves")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Runs whose every accepted state is held against an independent oracle, and their table.
 
-The oracle (ipctk) decides whether the sheet passes through itself on a sub-mesh twice as fine as that of contact.
-Shared by no_crossing.py and crumpling.py; needs the extra `test`.
+The oracle (ipctk) decides on a sub-mesh twice as fine as that of contact whether the sheet crosses itself in a state,
+and whether it collides with itself on the straight way from one state to the next. Shared by no_crossing.py and
+crumpling.py; needs the extra `test`.
 """
 
 import csv
@@ -34,7 +35,8 @@ COLUMNS = (
     "steps",
     "rejected",
     "crossings",
-    "first_crossing",
+    "passages",
+    "first",
     "depth_over_thickness",
     "energy_gain",
     "contacts_sts",
@@ -51,7 +53,9 @@ class Watch(Memory):
 
     Attributes:
         steps: states looked at.
-        crossings: times (s) of those in which the sheet passes through itself.
+        crossings: times (s) of those in which the sheet crosses itself.
+        passages: times (s) of those on the straight way to which it passes through itself, as flat layers may without
+            ever crossing.
         finite: whether all numbers of all states were finite.
     """
 
@@ -64,8 +68,8 @@ class Watch(Memory):
         triangles = submesh.triangles.astype(np.int32)
         flat = np.pad(submesh.flat, ((0, 0), (0, 1)))
         self._oracle = ipctk.CollisionMesh(flat, ipctk.edges(triangles), triangles)
-        self.steps, self.crossings, self.finite = 0, [], True
-        self._time = 0.0
+        self.steps, self.crossings, self.passages, self.finite = 0, [], [], True
+        self._time, self._before = 0.0, None
 
     def checkpoint(self, arrays: dict[str, np.ndarray]) -> None:
         """Called after every accepted step with its state."""
@@ -76,8 +80,13 @@ class Watch(Memory):
         self.steps += 1
         if not (np.isfinite(q).all() and np.isfinite(arrays["kinematics.v"]).all()):
             self.finite = False
-        elif ipctk.has_intersections(self._oracle, self._points @ q):
+            return
+        points = self._points @ q
+        if ipctk.has_intersections(self._oracle, points):
             self.crossings.append(time)
+        if self._before is not None and not ipctk.is_step_collision_free(self._oracle, self._before, points):
+            self.passages.append(time)
+        self._before = points
 
 
 def without_contact(scene: Scene) -> Scene:
@@ -117,7 +126,8 @@ def row(label: dict, scene: Scene, seen: Watch, summary: dict) -> dict:
         "steps": seen.steps,
         "rejected": summary["steps_rejected"],
         "crossings": len(seen.crossings),
-        "first_crossing": f"{seen.crossings[0]:.6g}" if seen.crossings else "",
+        "passages": len(seen.passages),
+        "first": f"{min(passed):.6g}" if (passed := seen.crossings + seen.passages) else "",
         "depth_over_thickness": f"{summary['max_penetration'] / thickness:.4g}",
         "energy_gain": f"{summary['energy_gain']:.3g}",
         **{column: int(history[column].max()) for column in ("contacts_sts", "contacts_nts", "contacts_edge")},
