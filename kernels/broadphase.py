@@ -74,16 +74,3 @@ def find_candidates(
     """Distance of points[i] from triangles[i], FAR where it is above `radius` or they may not touch."""
     i = wp.tid()
     distances[i] = candidate_distance(surface, ownership, triangles[i], points[i], positions[points[i]], radius)
-
-
-@wp.kernel(enable_backward=False)
-def mark_allowed(
-    points: wp.array(dtype=wp.int32),
-    triangles: wp.array(dtype=wp.int32),
-    ownership: Ownership,
-    # out
-    allowed: wp.array(dtype=wp.bool),
-):
-    """Whether points[i] and triangles[i] may touch at all."""
-    i = wp.tid()
-    allowed[i] = may_touch(ownership, points[i], triangles[i])

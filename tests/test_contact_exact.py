@@ -9,13 +9,13 @@ from contact_meshes import grid
 from flying_sheets import corner_over_sheet
 from runs import system_of
 from warp_origami.terms.contact import Contact
-from warp_origami.terms.contact.law import LEFT, RANGE, Barrier, Penalty, contact_law
+from warp_origami.terms.contact.law import LEFT, RANGE, Barrier, Penalty, StiffeningPenalty, contact_law
 
 RANGE_HERE = RANGE * THICKNESS
 
 
 @pytest.mark.parametrize("begins", [1.1e-3, 1e-5, 1e-7])
-@pytest.mark.parametrize("law", [Penalty(), Barrier(THICKNESS)])
+@pytest.mark.parametrize("law", [Penalty(), StiffeningPenalty(), Barrier(THICKNESS)])
 def test_force_and_stiffness_are_the_derivatives_of_the_energy(law, begins):
     """Also where the barrier goes over into its parabola, and for pairs too close to a crease to have a barrier."""
     gaps = -begins * np.linspace(1e-3, 0.15, 2000)
@@ -24,6 +24,23 @@ def test_force_and_stiffness_are_the_derivatives_of_the_energy(law, begins):
     for function, derivative in ((law.energy, law.slope), (law.slope, law.curvature)):
         difference = (function(gaps + e, *given) - function(gaps - e, *given)) / (2 * e)
         np.testing.assert_allclose(difference, derivative(gaps, *given), rtol=1e-4)
+
+
+def test_mixed_contact_stiffens_beyond_half_of_the_thickness():
+    """The penalty until there; beyond, force and stiffness still are derivatives, also of what is through."""
+    law, begins = StiffeningPenalty(), 1e-3
+    gaps = -begins * np.linspace(1e-3, 1.5, 3001)
+    given = np.full(len(gaps), 3e6), np.full(len(gaps), begins)
+    shallow = gaps >= -0.5 * begins
+    for function in ("energy", "slope", "curvature"):
+        soft = getattr(Penalty(), function)(gaps, *given)[shallow]
+        np.testing.assert_allclose(getattr(law, function)(gaps, *given)[shallow], soft, rtol=1e-12)
+    e = 1e-6 * begins
+    for function, derivative in ((law.energy, law.slope), (law.slope, law.curvature)):
+        difference = (function(gaps + e, *given) - function(gaps - e, *given)) / (2 * e)
+        np.testing.assert_allclose(difference, derivative(gaps, *given), rtol=1e-4)
+    through = law.slope(np.array([-begins]), *(g[:1] for g in given))[0]
+    assert -through > 50 * 3e6 * begins
 
 
 def test_barrier_begins_as_the_penalty_and_ends_far_stiffer():
@@ -35,7 +52,9 @@ def test_barrier_begins_as_the_penalty_and_ends_far_stiffer():
     assert law.energy(hard, one, begins)[0] == pytest.approx(14.0 * RANGE_HERE**2)
     assert law.curvature(hard, one, begins)[0] == pytest.approx(LEFT**-3)
     assert law.penetration(hard, begins)[0] == pytest.approx(0.0, abs=1e-18)
-    assert isinstance(contact_law(True, THICKNESS), Barrier) and isinstance(contact_law(False, THICKNESS), Penalty)
+    laws = [type(contact_law(method, False, THICKNESS)) for method in ("sts", "nts", "mixed")]
+    assert laws == [Penalty, Penalty, StiffeningPenalty]
+    assert isinstance(contact_law("mixed", True, THICKNESS), Barrier)
 
 
 @pytest.mark.parametrize("method", ["sts", "mixed"])

@@ -77,19 +77,6 @@ def test_equals_brute_force(radius, seed):
     np.testing.assert_allclose(found.distances, least, atol=1e-14)
 
 
-def test_whole_layers_hold_all_sub_triangles_that_may_touch():
-    submesh, points, _ = graded(0)
-    search = Search(points, submesh, 0.05, "cpu")
-    keys = np.sort(search.key_of(np.array([3, 3, 100]), np.array([0, 1, 1])))
-    found = search.whole_layers(keys)
-    np.testing.assert_array_equal(found.keys, keys)
-    for i, (point, layer) in enumerate(zip(found.points, found.layers, strict=True)):
-        candidates = found.candidates[found.starts[i] : found.starts[i + 1]]
-        own = layer in points.owners[points.owner_starts[point] : points.owner_starts[point + 1]]
-        count = np.count_nonzero(submesh.triangle_faces == layer)
-        assert (len(candidates) < count) if own else (len(candidates) == count)
-
-
 def test_nearest_finds_layers_at_any_distance():
     """For pairs that lie within the radius and for pairs far beyond it: all sub-triangles at the least distance."""
     submesh, points, positions = graded(0)

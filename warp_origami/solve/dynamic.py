@@ -39,14 +39,14 @@ CRAWLING_SHARE = 1e-8
 LONGEST_CRAWL = 200
 """A run that has crawled for so many steps is ended: it would not come to its end."""
 
-NEGLIGIBLE_SHARE, SMALL_SHARE = 1e-5, 2e-4
+NEGLIGIBLE_SHARE, SMALL_SHARE = 1e-5, 5e-5
 """A step may create this share of the run's largest energy; and the larger one if halving it has not made it better."""
 
 LESS_CREATED = 0.8
 """Halving a step twice makes it better if the energy that it creates over its length falls below this share. It need
 not fall before steps are shorter than a contact."""
 
-FORGETTING = 0.9
+FORGETTING = 0.7
 """Part of a rate that halving has not made better which is borne in the next step too: ringing after changes of the
 step creates and loses at rates that do not depend on it."""
 
@@ -175,12 +175,14 @@ class DynamicRun:
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
             outcome = replace(outcome, kinematics=replace(outcome.kinematics, time=stop))
-        borne = max(outcome.created if _in_vain(outcome, creations) else 0.0, FORGETTING * state.borne)
+        borne = FORGETTING * state.borne
+        if _in_vain(outcome, creations) and outcome.created * taken <= SMALL_SHARE * self._scale(outcome):
+            borne = max(outcome.created, borne)
         return self._write(replace(state, crawled=crawled, borne=borne), outcome, counters, proposed), None
 
     def _creates_energy(self, outcome: StepOutcome, taken: float, creations: list[float], borne: float) -> bool:
         """Whether a step is bad because it creates energy, and shorter ones (`creations` so far, W) may be better."""
-        scale = max(outcome.balance.largest, self.resolved_energy)
+        scale = self._scale(outcome)
         rate = CREATED_SHARE * scale / self.system.scene.analysis.end
         if outcome.balance.rise <= CREATED_SHARE * scale or outcome.created <= max(rate, borne):
             return False
@@ -188,6 +190,10 @@ class DynamicRun:
         if created <= NEGLIGIBLE_SHARE * scale:
             return False
         return created > SMALL_SHARE * scale or not _in_vain(outcome, creations)
+
+    def _scale(self, outcome: StepOutcome) -> float:
+        """The energy that the energy balance is held against, J."""
+        return max(outcome.balance.largest, self.resolved_energy)
 
     def _has_exploded(self, outcome: StepOutcome) -> bool:
         """Whether nearly all energy there is was created by the method."""

@@ -94,7 +94,7 @@ class Contact:
                 settings.nts_stiffness,
                 initial_q,
                 device,
-                contact_law(settings.exact, settings.thickness),
+                contact_law(settings.method, settings.exact, settings.thickness),
             )
             self._facets = FacetContact(
                 mesh, coordinates, drawn, settings.thickness, settings.nts_stiffness, initial_q, device
@@ -114,7 +114,7 @@ class Contact:
 
     def passage(self, before: np.ndarray, after: np.ndarray) -> Passage | None:
         """The first passage of the drawn sub-triangles through each other on the straight way between two states
-        (n, 3); if there is none, a point or edge that the second state leaves on the wrong side of a cubic surface.
+        (n, 3); if there is none, a point that the second state leaves on the wrong side of a cubic surface.
 
         None if there is neither, and for `sts` and `nts` unless they are guarded.
         """
@@ -123,18 +123,12 @@ class Contact:
         return self._swept.first_passage(before, after) or self._gone_through(after)
 
     def _gone_through(self, q: np.ndarray) -> Passage | None:
-        """A point that is through a layer, or an edge through an edge, at q."""
-        for kind, term in (("point-layer", self._surfaces), ("edge-edge", self._edges)):
-            if term is None:
-                continue
-            term.gradient(q)
-            through = term.through()
-            if len(through):
-                elements = term.active_pairs().elements[through[0]].tolist()
-                flat = term.flat_points()[through[0]].tolist()
-                faces = self._mesh.faces[elements].tolist()
-                return Passage(kind, 1.0, tuple(elements), tuple(faces), tuple(map(tuple, flat)))
-        return None
+        """A point that is on the wrong side of a layer at q."""
+        elements, flat = self._surfaces.through(q)
+        if not len(elements):
+            return None
+        faces = self._mesh.faces[elements[0]]
+        return Passage("point-layer", 1.0, *(_tuples(row) for row in (elements[0], faces, flat[0])))
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on all stay on the sides of each other where they are in q."""
@@ -186,3 +180,8 @@ class Contact:
         for name, term in self._terms.items():
             prefix = f"{name}."
             term.restore({key.removeprefix(prefix): v for key, v in state.items() if key.startswith(prefix)})
+
+
+def _tuples(array: np.ndarray) -> tuple:
+    """Rows of an array as plain tuples."""
+    return tuple(tuple(row) if isinstance(row, list) else row for row in array.tolist())

@@ -1,6 +1,7 @@
-"""Energy of a pair as a function of its gap g: the penalty, and the barrier that keeps a hard distance.
+"""Energy of a pair as a function of its gap g: the penalty, a penalty that stiffens, a barrier that keeps a distance.
 
     penalty   U = 1/2 k g^2                  for g < 0
+    stiffening  the same to the depth of h / 2 = b; beyond, at the distance d = h + g, U'' = k (b / d)^3, to d = LEFT b
     barrier   U = 1/2 k g^2 / (1 + g / z)    for g < 0; below 1 + g / z = LEFT the parabola with the same value, slope
                                              and curvature, k / LEFT^3
 
@@ -73,6 +74,35 @@ PENALTY = Penalty()
 
 
 @dataclass(frozen=True)
+class StiffeningPenalty(Penalty):
+    """A linear spring to half of the effective thickness, then ever stiffer: nothing is pressed through a layer.
+
+    Up to a depth of h / 2 it is the penalty, whose numbers hold. A spring that stays as soft bears no more than k h.
+    """
+
+    def energy(self, gaps, stiffness, begins):
+        b, d, beyond = self._beyond(gaps, begins)
+        slope, curvature = -0.5 * stiffness * b * (1.0 + (b / d) ** 2), stiffness * (b / d) ** 3
+        deep = 0.5 * stiffness * b * (b - d + b**2 / d) + (slope + 0.5 * curvature * beyond) * beyond
+        return np.where(gaps < -b, deep, super().energy(gaps, stiffness, begins))
+
+    def slope(self, gaps, stiffness, begins):
+        b, d, beyond = self._beyond(gaps, begins)
+        deep = -0.5 * stiffness * b * (1.0 + (b / d) ** 2) + stiffness * (b / d) ** 3 * beyond
+        return np.where(gaps < -b, deep, super().slope(gaps, stiffness, begins))
+
+    def curvature(self, gaps, stiffness, begins):
+        b, d, _ = self._beyond(gaps, begins)
+        return np.where(gaps < -b, stiffness * (b / d) ** 3, super().curvature(gaps, stiffness, begins))
+
+    def _beyond(self, gaps: np.ndarray, begins: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """b, the distance at which the law is to be taken, and how much farther the pair is from there, m."""
+        b = np.maximum(0.5 * begins, np.finfo(float).tiny)
+        d = np.clip(begins + gaps, LEFT * b, b)
+        return b, d, begins + gaps - d
+
+
+@dataclass(frozen=True)
 class Barrier:
     """A spring that becomes LEFT^-3 times as stiff towards the effective thickness.
 
@@ -111,6 +141,12 @@ class Barrier:
         return at, left, gaps - at
 
 
-def contact_law(exact: bool, thickness: float) -> ContactLaw:
-    """The barrier at a contact thickness (m) if contact is to be exact, else the penalty."""
-    return Barrier(thickness) if exact else PENALTY
+def contact_law(method: str, exact: bool, thickness: float) -> ContactLaw:
+    """The law of a contact method at a contact thickness, m.
+
+    The paper's penalty for its methods `sts` and `nts`, which are to show what it lets through; for `mixed` one that
+    stiffens; the barrier if contact is to be exact.
+    """
+    if exact:
+        return Barrier(thickness)
+    return StiffeningPenalty() if method == "mixed" else Penalty()

@@ -52,7 +52,6 @@ class Search:
         self._by_face = order
         self._rank = np.empty_like(order)
         self._rank[order] = np.arange(len(order))
-        self._face_starts = np.searchsorted(submesh.triangle_faces[order], np.arange(self.layer_count + 1))
         self._corners = np.ascontiguousarray(submesh.triangles.T)
         self._at_rim = submesh.outer_corners.any(axis=1)
         side = [1, 2, 4]
@@ -157,23 +156,6 @@ class Search:
         boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
         for points, triangles, distances in near_pairs(queries, queries, boxes, radius, distances_of, members):
             yield points if only is None else only[points], triangles, distances
-
-    def whole_layers(self, keys: np.ndarray) -> LayerPairs:
-        """Given pairs with all sub-triangles of their layers that may touch the point; without distances."""
-        points, layers = self.points_of(keys), self.layers_of(keys)
-        sizes = self._face_starts[layers + 1] - self._face_starts[layers]
-        offsets = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-        triangles = self._by_face[np.repeat(self._face_starts[layers], sizes) + offsets]
-        points = np.repeat(points, sizes)
-        allowed = wp.empty(len(points), dtype=wp.bool, device=self._device)
-        inputs = [
-            wp.array(points.astype(np.int32), device=self._device),
-            wp.array(triangles.astype(np.int32), device=self._device),
-            self._ownership,
-        ]
-        wp.launch(broadphase.mark_allowed, dim=len(points), inputs=inputs, outputs=[allowed], device=self._device)
-        keep = allowed.numpy()
-        return self.grouped(points[keep], triangles[keep], np.zeros(np.count_nonzero(keep)))
 
     def grouped(self, points: np.ndarray, triangles: np.ndarray, distances: np.ndarray) -> LayerPairs:
         """Candidates in whatever order as pairs of points and layers."""

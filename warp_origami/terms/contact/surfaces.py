@@ -334,7 +334,8 @@ class SurfaceContact:
         """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
         self._place(self._accepted_q)
         keys = self._narrow.keys[where]
-        state = self._narrow_phase(self._search.whole_layers(keys), np.full(len(keys), UNKNOWN), reach=np.inf)
+        pairs = self._search.nearest(keys, self._slaves.array, self._nodes.array, self._reach + self._margin)
+        state = self._narrow_phase(pairs, np.full(len(keys), UNKNOWN), reach=np.inf)
         state.launch(0.0)
         found = np.empty(len(keys), dtype=np.int32)
         found[np.searchsorted(keys, state.keys[state.reached])] = sides_at(state, self._thickness, self._touching)
