@@ -21,11 +21,11 @@ from paper.runs import MODELS, VARIATIONS, Case, Result, simulate
 from paper.section_5_1 import EARLY, comparison, model
 from paper.section_5_2 import configurations, energies, stresses, vibrations
 from paper.statement import Statement
-from paper.watch import Watched
+from paper.watch import Watched, crossing_states
 
 RESULTS = Path(__file__).parent / "results"
-DRAWN, FINE = 4, 8
-"""Sub-triangles along an element's side: of the sub-mesh that is drawn and that carries contact, and of a finer one."""
+DRAWN, FINE, FINEST = 4, 8, 16
+"""Sub-triangles along an element's side: of the sub-mesh that is drawn and that carries contact, and of finer ones."""
 
 
 def main() -> None:
@@ -68,18 +68,19 @@ def _rows(statements: Sequence[Statement]) -> list[Sequence[str]]:
 _CROSSING_COLUMNS = (
     "run",
     "states",
-    "cross on the drawn sub-mesh",
-    "cross on the finer one",
+    f"cross, {DRAWN} a side",
+    f"cross, {FINE} a side",
+    f"cross, {FINEST} a side",
     "first, s",
     "last, s",
     f"deepest before {EARLY} s, mm",
     "where",
-    "deepest below the thickness / thickness",
+    "penetration / thickness",
 )
 
 
 def _crossing_row(case: Case, folder: Path) -> list[str]:
-    """What is seen of one run on both sub-meshes."""
+    """What is seen of one run; when, where and how deep on FINE if it crosses there, else on DRAWN."""
     result = Result(case, folder)
     drawn, fine = (Watched(result, folder, divisions) for divisions in (DRAWN, FINE))
     mesh, thickness = result.system.mesh, result.system.scene.material.thickness
@@ -95,6 +96,7 @@ def _crossing_row(case: Case, folder: Path) -> list[str]:
         str(len(result.times)),
         str(int(drawn.crosses.sum())),
         str(int(fine.crosses.sum())),
+        str(int(crossing_states(result, folder, FINEST).sum())),
         f"{times[0]:.3f}" if len(times) else "",
         f"{times[-1]:.3f}" if len(times) else "",
         f"{1e3 * max(depths.max(), 0.0):.3f}" if len(times) else "",

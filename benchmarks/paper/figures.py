@@ -1,6 +1,5 @@
 """Figures 11 to 16 of the paper from the runs of the three models, and their penetration over time."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,13 +11,12 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
-from PIL import Image
 
 from warp_origami.model.submesh import Submesh
 
 from .crossing import CrossingOracle
 from .places import face_name
-from .render import View, picture
+from .render import COLOUR_MAP, View, picture
 from .runs import Result
 from .watch import Watched
 
@@ -41,15 +39,8 @@ def draw_all(results: Sequence[Result], watched: Sequence[Watched], folder: Path
         "penetration": penetration(results, watched),
     }
     for name, figure in figures.items():
-        _save(figure, folder / f"paper_{name}.png")
-
-
-def _save(figure: plt.Figure, path: Path) -> None:
-    """PNG of 256 colours, a third of the size of full colour."""
-    memory = io.BytesIO()
-    figure.savefig(memory, dpi=100)
-    plt.close(figure)
-    Image.open(memory).convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+        figure.savefig(folder / f"paper_{name}.png", dpi=100)
+        plt.close(figure)
 
 
 def penetration_at(results: Sequence[Result], watched: Sequence[Watched], time: float) -> plt.Figure:
@@ -145,8 +136,8 @@ def _flat_section(axis, result: Result, submesh: Submesh, points, diagonal, plac
 
 def configurations(results: Sequence[Result], times: Sequence[float]) -> plt.Figure:
     """Fig. 12: shapes and von Mises stress; one scale of colours per time."""
-    figure, axes = plt.subplots(len(results), len(times), figsize=(15, 5.6), layout="constrained")
-    view = View(-62.0, 32.0, np.array([0.0, 0.0, -0.01]), 0.86, (300, 195))
+    figure, axes = plt.subplots(len(results), len(times), figsize=(13.5, 5.0), layout="constrained")
+    view = View(-62.0, 32.0, np.array([0.0, 0.0, -0.01]), 0.86, (280, 182))
     for column, time in enumerate(times):
         frames = [result.surface.frame(time, result.q[result.at(time)]) for result in results]
         top = max(np.quantile(frame.fields["von_mises"], 0.98) for frame in frames)
@@ -157,9 +148,9 @@ def configurations(results: Sequence[Result], times: Sequence[float]) -> plt.Fig
         scale = f"0 to {1e-6 * top:.2g} MPa" if top > 1.0 else "no stress"
         axes[0, column].set_title(f"{time:g} s\n{scale}", fontsize=10)
     for row, result in enumerate(results):
-        axes[row, 0].set_ylabel(result.case.label, color=COLOURS[result.case.name])
+        axes[row, 0].set_ylabel(result.case.label.replace(": ", "\n"), color=COLOURS[result.case.name], fontsize=9)
     figure.colorbar(
-        plt.cm.ScalarMappable(Normalize(0.0, 1.0), "turbo"),
+        plt.cm.ScalarMappable(Normalize(0.0, 1.0), COLOUR_MAP),
         ax=axes,
         shrink=0.7,
         label="von Mises / largest of its scale",
@@ -177,14 +168,13 @@ def stress_maps(results: Sequence[Result], watched: Sequence[Watched], times: Se
         top = max(np.quantile(field, 0.99) for field in fields)
         for axis, result, watch, field in zip(axes[row], results, watched, fields, strict=True):
             sub = result.surface.submesh
-            shown = axis.tripcolor(
+            shown = axis.tricontourf(
                 *(1e3 * sub.flat.T),
                 sub.triangles,
                 1e-6 * field,
-                shading="gouraud",
-                cmap="turbo",
-                vmin=0,
-                vmax=1e-6 * top,
+                np.linspace(0.0, 1e-6 * top, 21),
+                cmap=COLOUR_MAP,
+                extend="max",
             )
             mesh = result.system.mesh
             axis.add_collection(LineCollection(1e3 * mesh.vertices[mesh.edges], colors="w", linewidths=0.4, alpha=0.6))
@@ -195,7 +185,7 @@ def stress_maps(results: Sequence[Result], watched: Sequence[Watched], times: Se
                 axis.plot(*points.T, "o", markersize=5, markerfacecolor="none", markeredgecolor="w")
             axis.set_aspect("equal")
             axis.set_title(f"{result.case.label}, {time:g} s", color=COLOURS[result.case.name], fontsize=11)
-        figure.colorbar(shown, ax=axes[row], label="von Mises, MPa", extend="max")
+        figure.colorbar(shown, ax=axes[row], label="von Mises, MPa", format="%.2f")
         axes[row, 0].set_ylabel("y of the flat sheet, mm")
     for axis in axes[-1]:
         axis.set_xlabel("x of the flat sheet, mm")

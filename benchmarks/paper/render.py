@@ -8,6 +8,7 @@ from matplotlib import colormaps
 from warp_origami.model.submesh import Submesh
 
 OVERSAMPLING = 2
+COLOUR_MAP = colormaps["turbo"].resampled(20)
 LIGHT = np.array([0.25, -0.35, 0.9]) / np.linalg.norm([0.25, -0.35, 0.9])
 BIAS = 2e-3
 """m: lines this far behind a surface are still drawn on it."""
@@ -85,7 +86,7 @@ def _fill(image, depth, triangle, shares, shade, mark) -> None:
     nearer = (u >= 0) & (v >= 0) & (w >= 0) & (z > depth[window])
     depth[window][nearer] = z[nearer]
     share = u * shares[0] + v * shares[1] + w * shares[2]
-    colours = np.array([0.85, 0.0, 0.75]) if mark else colormaps["turbo"](share[nearer])[:, :3]
+    colours = np.array([0.85, 0.0, 0.75]) if mark else COLOUR_MAP(share[nearer])[:, :3]
     image[window][nearer] = shade * colours
 
 

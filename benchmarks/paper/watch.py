@@ -70,6 +70,16 @@ class Watched:
         return np.array([len(touch.forces) > 0 for touch in self.touches])
 
 
+def crossing_states(result: Result, folder: Path, divisions: int) -> np.ndarray:
+    """(n,) bool: the sheet passes through itself on the given sub-mesh; where and how deep is not looked at."""
+    path = folder / result.case.name / f"crosses_{divisions}.json"
+    if not path.exists():
+        submesh, interpolation = result.submesh(divisions)
+        oracle = CrossingOracle(submesh, interpolation @ result.q[0])
+        path.write_text(json.dumps([oracle.crosses(interpolation @ q) for q in result.q]))
+    return np.array(json.loads(path.read_text()))
+
+
 def _crossings(result: Result, divisions: int) -> list[list[Crossing]]:
     submesh, interpolation = result.submesh(divisions)
     oracle = CrossingOracle(submesh, interpolation @ result.q[0])
