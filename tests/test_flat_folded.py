@@ -156,7 +156,7 @@ def test_a_miura_sheet_opens(n):
 @pytest.mark.parametrize("layers", [2, 4])
 def test_a_flat_stack_is_shaken_without_crossing(tmp_path, layers):
     """Every accepted step, on the drawn triangles."""
-    result = run(scene(tmp_path, accordion(layers), 2e-3, seed=layers, refine=1))
+    result = run(scene(tmp_path, accordion(layers), 1.5e-3, seed=layers, refine=1))
     assert result.summary["status"] == "done"
     triangles = result.surface.triangles
     edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
