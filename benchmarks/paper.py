@@ -73,7 +73,7 @@ _CROSSING_COLUMNS = (
     f"cross, {FINEST} a side",
     "first, s",
     "last, s",
-    f"deepest before {EARLY} s, mm",
+    f"deepest, mm (before {EARLY} s if it crosses then)",
     "where",
     "penetration / thickness",
 )
@@ -86,10 +86,11 @@ def _crossing_row(case: Case, folder: Path) -> list[str]:
     mesh, thickness = result.system.mesh, result.system.scene.material.thickness
     seen = fine if fine.crosses.any() else drawn
     times = seen.times[seen.crosses]
-    depths = np.where(seen.times < EARLY, seen.depths, -1.0)
+    early = seen.crosses & (seen.times < EARLY)
+    depths = np.where(early if early.any() else seen.crosses, seen.depths, -1.0)
     where = ""
     if seen.crosses.any():
-        found = seen.crossings[int(np.argmax(np.where(seen.crosses, depths, -2.0)))][0]
+        found = seen.crossings[int(np.argmax(depths))][0]
         where = f"{crease_name(mesh, found.flat) or face_name(mesh, found.face)} beyond {face_name(mesh, found.beyond)}"
     return [
         case.label,
@@ -99,7 +100,7 @@ def _crossing_row(case: Case, folder: Path) -> list[str]:
         str(int(crossing_states(result, folder, FINEST).sum())),
         f"{times[0]:.3f}" if len(times) else "",
         f"{times[-1]:.3f}" if len(times) else "",
-        f"{1e3 * max(depths.max(), 0.0):.3f}" if len(times) else "",
+        f"{1e3 * depths.max():.3f}" if len(times) else "",
         where,
         f"{fine.penetration.max() / thickness:.4f}",
     ]

@@ -250,6 +250,7 @@ def vibrations(results: Sequence[Result]) -> plt.Figure:
         axis.set(xlabel="time, s", xlim=(0.0, 4.0))
         axis.grid(alpha=0.3)
         axis.legend(fontsize=9, loc="lower right")
+    axes[2].set_ylim(bottom=-1.3)  # room for the legend
     for axis in axes[1:]:
         _events(axis, (2.0, 2.7))
     return figure
@@ -260,7 +261,7 @@ def penetration(results: Sequence[Result], watched: Sequence[Watched]) -> plt.Fi
     figure, axis = plt.subplots(figsize=(9, 4.4), layout="constrained")
     for result, watch in zip(results, watched, strict=True):
         time, depth = watch.times, 1e3 * watch.penetration
-        _line(axis, result, time, np.where(depth > 1e-6, depth, np.nan))
+        _line(axis, result, time, np.where(depth > 1e-6, depth, np.nan), marker=".", markersize=4)
     crossing = watched[0]
     axis.plot(
         crossing.times[crossing.crosses],
