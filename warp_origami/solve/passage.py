@@ -20,7 +20,7 @@ def passage(system: System, before: np.ndarray, after: np.ndarray) -> Failure | 
     return Failure(
         f"layers would pass through each other: {_article(one)} of face {found.faces[0]} at ({x:.4g}, {y:.4g}) and "
         f"{_article(other)} of face {found.faces[1]} at ({u:.4g}, {v:.4g}) of the flat sheet",
-        "a larger contact.sts_stiffness and nts_stiffness, or smaller loads and slower driven motion",
+        'a larger contact.sts_stiffness and nts_stiffness, or "auto"; a finer mesh; smaller loads or slower motion',
     )
 
 
