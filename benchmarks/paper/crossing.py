@@ -87,8 +87,10 @@ class CrossingOracle:
             ways = [(*self._depth(points, *way, through), *way) for way in (pair, pair[::-1])]
             depth, flat, face, beyond = max(ways, key=lambda way: way[0])
             if depth == 0.0:
-                tips = [self._tip(points, edges[hit], triangles[hit], places[hit]) for hit in hits]
-                depth, flat = max(tips, key=lambda tip: tip[0])
+                hit = max(hits, key=lambda hit: self._tip(points, edges[hit], triangles[hit], places[hit])[0])
+                depth, flat = self._tip(points, edges[hit], triangles[hit], places[hit])
+                beyond = int(self.submesh.triangle_faces[triangles[hit]])
+                face = sum(pair) - beyond
             creases = int(self.on_crease[through].sum())
             found.append(Crossing(face, beyond, depth, flat, creases, len(through) - creases))
         return sorted(found, key=lambda c: -c.depth)

@@ -109,7 +109,7 @@ def comparison(results: Sequence[Result], watched: Sequence[Watched]) -> list[St
             "0.5 s: the models differ visibly",
             f"at {first.times[at]:.2f} s nothing has met; first crossing {first.times[crossing[0]]:.2f} s (Model 1), "
             f"first contact {first_touch[0]:.2f} s (2), {first_touch[1]:.2f} s (3)",
-            verdict(near(first.times[crossing[0]], 0.5)),
+            verdict(near(first.times[crossing[0]], 0.5), bool(first.crosses[at])),
         ),
         Statement(
             "Fig. 11b",
