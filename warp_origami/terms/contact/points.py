@@ -1,4 +1,9 @@
-"""Points of the sheet that contact looks at: nodes of the sub-mesh and slave points, all linear in q."""
+"""Points of the sheet that contact looks at: nodes of the sub-mesh and slave points, all linear in q.
+
+Slave points are integration points, all nodes of the sub-mesh and, in mixed contact, more points along creases: halfway
+between the nodes there, and once more between those and a vertex. Next to a vertex faces that share it pass through
+each other first, by a crease, and neither its nodes nor edges that share a vertex hold it there.
+"""
 
 from dataclasses import dataclass
 
@@ -8,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.locate import area_coordinates
-from warp_origami.model.mesh import Mesh
+from warp_origami.model.mesh import CREASE, Mesh
 from warp_origami.model.submesh import Submesh
 
 from ..quadrature import rule
@@ -17,7 +22,7 @@ from ..shapes import tabulate
 
 @dataclass(frozen=True)
 class ContactPoints:
-    """Nodes (masters) and slave points; a slave is an integration point (the first sts_count) or a node.
+    """Nodes (masters) and slave points; a slave is an integration point (the first sts_count), a node or on a crease.
 
     Attributes:
         node_count: nodes of the sub-mesh.
@@ -25,7 +30,6 @@ class ContactPoints:
         interpolation: (node_count + slaves, n) matrix: positions of nodes, then slaves, are this times q.
         flat: (node_count + slaves, 2) flat positions, m.
         areas: (sts_count,) reference area that each integration point stands for, m^2.
-        slave_nodes: (slaves - sts_count,) node of each slave that is a node.
         owner_starts, owners: faces that slave i belongs to are owners[owner_starts[i] : owner_starts[i + 1]].
         owner_elements: an element of that face at the slave, aligned with owners.
         sheets: (nf,) sheet (connected part of the mesh) of each face.
@@ -36,7 +40,6 @@ class ContactPoints:
     interpolation: csr_matrix
     flat: np.ndarray
     areas: np.ndarray
-    slave_nodes: np.ndarray
     owner_starts: np.ndarray
     owners: np.ndarray
     owner_elements: np.ndarray
@@ -69,29 +72,45 @@ def build_points(mesh: Mesh, coordinates: Coordinates, submesh: Submesh, method:
         owners.append(mesh.faces[elements])
         owner_elements.append(elements)
         owner_starts.append(np.arange(1, len(flat) + 1))
-    slave_nodes = np.zeros(0, dtype=int)
     if method in ("nts", "mixed"):
         # all of them: nodes along creases and free edges are what keeps folds apart (with the pattern's vertices alone
         # they cross), and faces that bulge between integration points are touched by nodes inside them first
-        slave_nodes = np.arange(len(submesh.flat))
         blocks.append(nodes)
         flats.append(submesh.flat)
         starts, faces, elements = _faces_of_nodes(submesh)
         owner_starts.append(starts[1:] + len(areas))
         owners.append(faces)
         owner_elements.append(elements)
+    if method == "mixed":
+        elements, at = _crease_points(mesh, submesh.divisions)
+        blocks.append(tabulate(mesh, elements[:, 0], at).interpolation(coordinates))
+        flats.append(np.einsum("kc,kcd->kd", at, mesh.vertices[mesh.triangles[elements[:, 0]]]))
+        owner_starts.append(owner_starts[-1][-1] + 2 * np.arange(1, len(at) + 1))
+        owners.append(mesh.faces[elements].ravel())
+        owner_elements.append(elements.ravel())
     return ContactPoints(
         node_count=len(submesh.flat),
         sts_count=len(areas),
         interpolation=csr_matrix(vstack(blocks)),
         flat=np.concatenate(flats),
         areas=areas,
-        slave_nodes=slave_nodes,
         owner_starts=np.concatenate(owner_starts).astype(np.int32),
         owners=np.concatenate(owners).astype(np.int32),
         owner_elements=np.concatenate(owner_elements).astype(np.int32),
         sheets=_sheets(mesh),
     )
+
+
+def _crease_points(mesh: Mesh, divisions: int) -> tuple[np.ndarray, np.ndarray]:
+    """The two elements (k, 2) at points between the nodes of creases, and area coordinates (k, 3) in the first."""
+    edges = np.flatnonzero(mesh.edge_kinds == CREASE)
+    first = mesh.edge_triangles[edges, 0]
+    along = np.concatenate([[0.25], np.arange(divisions) + 0.5, [divisions - 0.25]]) / divisions
+    corner = np.argmax(mesh.element_edges[first] == edges[:, None], axis=1)  # edge m goes from corner m to m + 1
+    at = np.zeros((len(edges), len(along), 3))
+    row = np.arange(len(edges))
+    at[row, :, corner], at[row, :, (corner + 1) % 3] = 1.0 - along, along
+    return np.repeat(mesh.edge_triangles[edges], len(along), axis=0), at.reshape(-1, 3)
 
 
 def _faces_of_nodes(submesh: Submesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -63,7 +63,7 @@ def summarize(
         divisions=submesh.divisions,
         sub_triangles=len(submesh.triangles),
         sts_points=points.sts_count,
-        nts_points=len(points.slave_nodes),
+        nts_points=points.slave_count - points.sts_count,
         layers=search.layer_count,
         edges=edges,
         pairs=0 if state is None else len(state.keys),
