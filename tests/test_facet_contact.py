@@ -107,7 +107,8 @@ def test_the_press_grows_like_a_barrier(sheets):
 
 
 def test_the_start_is_free_of_force_however_close_layers_are():
-    pattern = build_pattern("sheet", {"width": 1.0, "height": 0.5, "nx": 3, "ny": 1, "creases_x": [1, 2], "opening": 1e-3})
+    folded = {"width": 1.0, "height": 0.5, "nx": 3, "ny": 1, "creases_x": [1, 2], "opening": 1e-3}
+    pattern = build_pattern("sheet", folded)
     coordinates = number_coordinates(pattern.mesh)
     q = affine_coordinates(pattern.mesh, coordinates, pattern.stowed)
     contact = FacetContact(pattern.mesh, coordinates, build_submesh(pattern.mesh, 4), 5e-3, EPS_N, q)

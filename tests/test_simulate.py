@@ -2,6 +2,7 @@
 
 import csv
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import warp_origami as wo
 from runs import GRAVITY, film, run, system_of
 from warp_origami.cli import main
 from warp_origami.errors import NumericalFailure
+from warp_origami.solve import dynamic
+from warp_origami.solve.result import Failure
 
 TAUT = {"initial": {"stretch": [1.0004, 1.0004]}}
 
@@ -242,3 +245,40 @@ def test_a_failed_run_from_python_raises_with_the_result():
     result = caught.value.result
     assert result.summary["status"] == "failed"
     assert len(result.history["time"]) == result.summary["steps_accepted"] + 1
+
+
+def test_a_run_that_crawls_ends_with_the_reason(monkeypatch):
+    """Only steps a hundred-millionth of the run long are let pass: it ends after 200 of them, with why."""
+
+    def passage(system, before, after):
+        return Failure("layers would pass", "a stiffer contact") if np.abs(after - before).max() > 5e-9 else None
+
+    monkeypatch.setattr(dynamic, "passage", passage)
+    thrown = {"kind": "initial_velocity", "value": [0.0, 0.0, 1.0]}
+    with pytest.raises(NumericalFailure, match="the last 200 steps have led nowhere: layers would pass") as caught:
+        run(film(1.0, {"nx": 1, "ny": 1}, load=[thrown]))
+    summary = caught.value.result.summary
+    assert 200 <= summary["steps_accepted"] < 300
+    assert summary["advice"] == "a stiffer contact"
+
+
+def test_a_passage_halves_the_step_and_a_fixed_one_ends_the_run(monkeypatch):
+    def passage(system, before, after):
+        return Failure("layers would pass", "a stiffer contact") if np.abs(after - before).max() > 1e-3 else None
+
+    monkeypatch.setattr(dynamic, "passage", passage)
+    thrown = {"kind": "initial_velocity", "value": [0.0, 0.0, 1.0]}
+    scene = film(0.1, {"nx": 1, "ny": 1}, load=[thrown])
+    result = run(scene)
+    assert result.summary["status"] == "done" and result.summary["steps_rejected"] > 0
+    assert max(np.abs(b - a).max() for a, b in pairwise(result.q)) <= 1e-3
+    with pytest.raises(NumericalFailure, match="layers would pass"):
+        run(film(0.1, {"nx": 1, "ny": 1}, load=[thrown], integrator={"step": 0.01}))
+
+
+def test_energy_is_created_by_no_more_than_the_control_allows():
+    """Two sheets clapped together by steps far longer than their contact: shorter ones are taken where it matters."""
+    scene = wo.load_scene("two_sheets", ["integrator.step=auto", "integrator.tolerance=1e-3"])
+    summary = wo.simulate(scene, device="cpu").summary
+    assert summary["status"] == "done"
+    assert summary["energy_gain"] < dynamic.CREATED_SHARE + 10 * dynamic.SMALL_SHARE
