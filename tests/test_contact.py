@@ -354,3 +354,35 @@ def test_unknown_method_is_named():
     sheets = small_over_large()
     with pytest.raises(InputError, match=r"contact\.method"):
         sheets.contact("ets")
+
+
+# --- what an accepted state may not be --------------------------------------------------------------------------------
+
+
+def test_points_that_have_gone_through_a_layer_are_named():
+    sheets = small_over_large()
+    contact = sheets.contact("mixed")
+    contact.accept(sheets.at(0.1 * THICKNESS))
+    assert contact.passage(sheets.at(0.1 * THICKNESS), sheets.at(0.05 * THICKNESS)) is None
+    elements, flat = contact._surfaces.through(sheets.at(-0.05 * THICKNESS))
+    assert len(elements) == len(flat) > 10
+    above = sheets.above[sheets.mesh.triangles[:, 0]]
+    assert np.all(above[elements[:, 0]] != above[elements[:, 1]])
+    found = contact.passage(sheets.at(0.1 * THICKNESS), sheets.at(-0.05 * THICKNESS))
+    assert found is not None and found.faces[0] != found.faces[1]
+    # nothing is forgotten: it is pushed back to where it was
+    assert sheets.force(contact, sheets.at(-0.05 * THICKNESS))[2] > 0.0
+
+
+def test_a_side_that_changes_without_motion_is_forgotten():
+    """As when a part of a crumpled layer that is turned over becomes the nearest."""
+    sheets = small_over_large()
+    contact = sheets.contact("nts")._surfaces
+    contact.accept(sheets.at(0.5 * THICKNESS))
+    contact._accepted_sides = -contact._accepted_sides
+    contact._built_at = None
+    q = sheets.at(0.49 * THICKNESS)
+    energy, _ = contact.gradient(q)
+    assert len(contact.through(q)[0]) > 10
+    assert contact.gradient(q)[0] < 0.2 * energy
+    assert len(contact.through(q)[0]) == 0
