@@ -195,7 +195,6 @@ def count_searches(until: float) -> list[dict[str, object]]:
     counts, seconds = Counter(), Counter()
     classes = {"points": Search, "edges": EdgeSearch, "features": FeatureSearch}
     methods = [(name, kind, "within") for name, kind in classes.items()]
-    methods += [("layers of pairs that met within a step", Search, "whole_layers")]
     methods += [("layers of pairs that met within a step", Search, "nearest")]
     methods += [("evaluations of surfaces", SurfaceContact, "_evaluate")]
     for name, kind, method in methods:

@@ -374,6 +374,18 @@ def test_points_that_have_gone_through_a_layer_are_named():
     assert sheets.force(contact, sheets.at(-0.05 * THICKNESS))[2] > 0.0
 
 
+@pytest.mark.parametrize("reaches", [0.5, 1.2, 10.0])
+def test_what_goes_through_from_afar_is_not_taken_for_a_layer_that_is_turned_over(reaches):
+    sheets = small_over_large()
+    contact = sheets.contact("mixed")
+    contact.accept(sheets.at(reaches * contact.reach))
+    before = contact.state()
+    elements, _ = contact._surfaces.through(sheets.at(-0.3 * THICKNESS))
+    assert len(elements) > 10
+    assert sheets.force(contact, sheets.at(-0.3 * THICKNESS))[2] > 0.0
+    assert all(np.array_equal(before[name], value) for name, value in contact.state().items())
+
+
 def test_a_side_that_changes_without_motion_is_forgotten():
     """As when a part of a crumpled layer that is turned over becomes the nearest."""
     sheets = small_over_large()

@@ -15,7 +15,7 @@ RANGE_HERE = RANGE * THICKNESS
 
 
 @pytest.mark.parametrize("begins", [1.1e-3, 1e-5, 1e-7])
-@pytest.mark.parametrize("law", [Penalty(), StiffeningPenalty(), Barrier(THICKNESS)])
+@pytest.mark.parametrize("law", [Penalty(), StiffeningPenalty(thickness=THICKNESS), Barrier(THICKNESS)])
 def test_force_and_stiffness_are_the_derivatives_of_the_energy(law, begins):
     """Also where the barrier goes over into its parabola, and for pairs too close to a crease to have a barrier."""
     gaps = -begins * np.linspace(1e-3, 0.15, 2000)
@@ -28,7 +28,7 @@ def test_force_and_stiffness_are_the_derivatives_of_the_energy(law, begins):
 
 def test_mixed_contact_stiffens_beyond_half_of_the_thickness():
     """The penalty until there; beyond, force and stiffness still are derivatives, also of what is through."""
-    law, begins = StiffeningPenalty(), 1e-3
+    law, begins = StiffeningPenalty(thickness=1e-3), 1e-3
     gaps = -begins * np.linspace(1e-3, 1.5, 3001)
     given = np.full(len(gaps), 3e6), np.full(len(gaps), begins)
     shallow = gaps >= -0.5 * begins

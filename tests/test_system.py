@@ -70,8 +70,8 @@ def test_gradient_is_the_derivative_of_all_energies(method, seed):
 
 
 def touching_lightly(system):
-    """A state whose deepest penetration, of facets too, is some micrometres: what the contact tangent leaves out (the
-    turning of normals, proportional to the penetration) is then small against what it holds."""
+    """A state whose deepest penetration, of facets too, is a tenth of a micrometre: what the contact tangent leaves out
+    (the turning of normals, proportional to the penetration) is then small against what it holds."""
     low, high = 0.0, 1.0
     waves = waving(system) - system.q0
     for _ in range(40):
@@ -79,7 +79,7 @@ def touching_lightly(system):
         system.evaluate(q)
         pairs = system.contact.active_pairs()
         depth = np.max(pairs.forces / pairs.stiffness, initial=0.0)
-        if 1e-7 < depth < 2e-6:
+        if 1e-8 < depth < 2e-7:
             return q
         low, high = (0.5 * (low + high), high) if depth == 0.0 else (low, 0.5 * (low + high))
     raise AssertionError("no such state")

@@ -158,7 +158,7 @@ def system_of(case: Case) -> System:
     system = System(scene_of(case), "cpu", PhaseClock())
     if case.whole_elements:
         system.contact = Contact(
-            system.mesh, system.coordinates, system.scene.contact, system.q0, divisions=1, sts_degree=6
+            system.mesh, system.coordinates, system.contact_settings, system.q0, divisions=1, sts_degree=6
         )
     return system
 

@@ -34,7 +34,7 @@ EXPLODED_SHARE = 0.99
 """A run is ended when this share of its largest energy has been created: what follows has no meaning."""
 
 CRAWLING_SHARE = 1e-8
-"""A run crawls while its steps are shorter than this share of its duration."""
+"""A run whose step is adapted crawls while it is shorter than this share of the duration."""
 
 LONGEST_CRAWL = 200
 """A run that has crawled for so many steps is ended: it would not come to its end."""
@@ -143,6 +143,7 @@ class DynamicRun:
             smaller = self.controller.after_failure(taken)
             if outcome.failure is not None:
                 counters, refused = counters.rejected(), outcome.failure
+                creations.clear()
                 if smaller is None:
                     return replace(state, counters=counters), outcome.failure
                 step = smaller
@@ -150,6 +151,7 @@ class DynamicRun:
             accepted, proposed = self.controller.judge(taken, outcome.error)
             if not accepted:
                 counters, step = counters.rejected(), proposed
+                creations.clear()
                 if smaller is None:
                     return replace(state, counters=counters), Failure(
                         "the smallest step is not accurate enough", "a larger integrator.tolerance"
@@ -168,7 +170,8 @@ class DynamicRun:
         if self._has_exploded(outcome):
             advice = 'integrator.step = "auto", a smaller step or tolerance, or a lower spectral_radius'
             return replace(state, counters=counters), Failure("the method creates energy without bound", advice)
-        crawled = state.crawled + 1 if taken < CRAWLING_SHARE * self.system.scene.analysis.end else 0
+        crawling = smaller is not None and taken < CRAWLING_SHARE * self.system.scene.analysis.end
+        crawled = state.crawled + 1 if crawling else 0
         if crawled > LONGEST_CRAWL:
             return replace(state, counters=counters), _crawling(refused)
         if taken < step:  # cut to land on a stop
@@ -234,9 +237,16 @@ class DynamicRun:
             return written + 1
         while written / self.fps <= after.time * (1.0 + 1e-12):
             due = written / self.fps
-            self.observer.frame(self.surface.frame(due, _hermite(before, after, due)))
+            self.observer.frame(self.surface.frame(due, self._between(before, after, due)))
             written += 1
         return written
+
+    def _between(self, before: Kinematics, after: Kinematics, time: float) -> np.ndarray:
+        """q at a time within a step; on the straight way, which is known to be free, where the smooth one is not."""
+        q = _hermite(before, after, time)
+        if self.system.contact is None or self.system.contact.is_free_way(before.q, q):
+            return q
+        return before.q + (time - before.time) / (after.time - before.time) * (after.q - before.q)
 
     def _record(self, state: RunState, step: float, iterations: int) -> StepRecord:
         k = state.kinematics

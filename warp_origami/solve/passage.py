@@ -8,7 +8,8 @@ from .result import Failure
 
 
 def passage(system: System, before: np.ndarray, after: np.ndarray) -> Failure | None:
-    """A failure if features of the sub-mesh pass through each other on the straight way between two states (n, 3)."""
+    """A failure if the sheet passes through itself on the straight way between two states (n, 3), or points are on the
+    wrong side of a layer in the second, `after`, where contact is evaluated last."""
     if system.contact is None:
         return None
     with system.clock.phase("contact"):

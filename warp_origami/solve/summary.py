@@ -86,7 +86,10 @@ def _contact_numbers(system: System) -> dict[str, float]:
     settings = system.contact_settings
     if settings is None:
         return {}
-    keys = ["sts_stiffness", "nts_stiffness"] + ["expected_speed"] * (settings.expected_speed != "auto")
+    given = system.scene.contact
+    keys = ["sts_stiffness", "nts_stiffness"]
+    if "auto" in (given.sts_stiffness, given.nts_stiffness):
+        keys.append("expected_speed")
     return {key: getattr(settings, key) for key in keys}
 
 

@@ -122,6 +122,10 @@ class Contact:
             return None
         return self._swept.first_passage(before, after) or self._gone_through(after)
 
+    def is_free_way(self, before: np.ndarray, after: np.ndarray) -> bool:
+        """Whether the drawn sub-triangles do not pass through each other on the straight way between two states."""
+        return self._swept is None or self._swept.first_passage(before, after) is None
+
     def _gone_through(self, q: np.ndarray) -> Passage | None:
         """A point that is on the wrong side of a layer at q."""
         elements, flat = self._surfaces.through(q)

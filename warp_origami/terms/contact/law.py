@@ -29,7 +29,7 @@ begin. With 0.02, Newton spends hundreds of evaluations on iterates that are far
 
 LEAST_SHARE = 1e-3
 """Effective thickness over that of contact below which a pair keeps the penalty: points next to a crease, and layers
-that coincide in the start, have no room for a barrier."""
+that coincide in the start, have no room for a law that stiffens."""
 
 
 class ContactLaw(Protocol):
@@ -78,22 +78,31 @@ class StiffeningPenalty(Penalty):
     """A linear spring to half of the effective thickness, then ever stiffer: nothing is pressed through a layer.
 
     Up to a depth of h / 2 it is the penalty, whose numbers hold. A spring that stays as soft bears no more than k h.
+
+    Attributes:
+        thickness: of contact, m.
     """
+
+    thickness: float = 0.0
 
     def energy(self, gaps, stiffness, begins):
         b, d, beyond = self._beyond(gaps, begins)
         slope, curvature = -0.5 * stiffness * b * (1.0 + (b / d) ** 2), stiffness * (b / d) ** 3
         deep = 0.5 * stiffness * b * (b - d + b**2 / d) + (slope + 0.5 * curvature * beyond) * beyond
-        return np.where(gaps < -b, deep, super().energy(gaps, stiffness, begins))
+        return np.where(self._is_deep(gaps, begins), deep, super().energy(gaps, stiffness, begins))
 
     def slope(self, gaps, stiffness, begins):
         b, d, beyond = self._beyond(gaps, begins)
         deep = -0.5 * stiffness * b * (1.0 + (b / d) ** 2) + stiffness * (b / d) ** 3 * beyond
-        return np.where(gaps < -b, deep, super().slope(gaps, stiffness, begins))
+        return np.where(self._is_deep(gaps, begins), deep, super().slope(gaps, stiffness, begins))
 
     def curvature(self, gaps, stiffness, begins):
         b, d, _ = self._beyond(gaps, begins)
-        return np.where(gaps < -b, stiffness * (b / d) ** 3, super().curvature(gaps, stiffness, begins))
+        soft = super().curvature(gaps, stiffness, begins)
+        return np.where(self._is_deep(gaps, begins), stiffness * (b / d) ** 3, soft)
+
+    def _is_deep(self, gaps: np.ndarray, begins: np.ndarray) -> np.ndarray:
+        return (gaps < -0.5 * begins) & (begins > LEAST_SHARE * self.thickness)
 
     def _beyond(self, gaps: np.ndarray, begins: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """b, the distance at which the law is to be taken, and how much farther the pair is from there, m."""
@@ -149,4 +158,4 @@ def contact_law(method: str, exact: bool, thickness: float) -> ContactLaw:
     """
     if exact:
         return Barrier(thickness)
-    return StiffeningPenalty() if method == "mixed" else Penalty()
+    return StiffeningPenalty(thickness=thickness) if method == "mixed" else Penalty()

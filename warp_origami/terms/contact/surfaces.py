@@ -34,6 +34,7 @@ from .search import LayerPairs, Search
 from .settings import ContactSettings
 from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
 from .summary import ContactSummary, summarize
+from .swept import relative_motion
 from .thickness import CREASE_RATIO, build_thickness
 
 REBUILD_FRACTION = 0.45
@@ -99,6 +100,7 @@ class SurfaceContact:
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
         self._accepted_q = np.array(initial_q)
+        self._forgotten = np.zeros(0, dtype=np.int64)
         self._active = np.zeros(0, dtype=int)
         self._narrow: NarrowPhase | None = None
         self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
@@ -113,6 +115,7 @@ class SurfaceContact:
         self._evaluate(q)
         self._accepted_q = np.array(q)
         self._take_sides()
+        self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -170,21 +173,30 @@ class SurfaceContact:
             return np.zeros((0, 2), dtype=int), np.zeros((0, 2, 2))
         elements, flat = self.active_pairs().elements[found], self.flat_points()[found]
         keys, depths, here = self._narrow.keys[self._active[found]], -(gaps + begins)[found], self._positions
-        self._evaluate(self._accepted_q)
-        state = self._narrow
-        distances = np.abs(state.distances.read()[state.reached])
-        known = dict(zip(state.keys[state.reached].tolist(), distances.tolist(), strict=True))
-        before = np.array([known.get(key, np.inf) for key in keys.tolist()])
-        self._forget(keys[before + depths > 2.0 * _largest_distance(here, self._positions) + self._touching])
+        before = self._least_distances(keys)
+        self._forget(keys[before + depths > 2.0 * relative_motion(here, self._positions) + self._touching])
         return elements, flat
 
+    def _least_distances(self, keys: np.ndarray) -> np.ndarray:
+        """Distance that pairs have at least in the accepted state, where evaluation ends, m; up to the reach."""
+        self._evaluate(self._accepted_q)
+        result = np.full(len(keys), self._reach)
+        state = self._narrow
+        if state is None:
+            return result
+        at = state.sorted_by_key(state.reached)
+        # sub-triangles alone tell the distance only up to their error
+        errors = self._surfaces.errors.read()[state.elements.read()[at]]
+        distances = np.maximum(np.abs(state.distances.read()[at]) - errors, 0.0)
+        place = np.minimum(np.searchsorted(state.keys[at], keys), len(at) - 1)
+        known = state.keys[at][place] == keys if len(at) else np.zeros(len(keys), dtype=bool)
+        result[known] = np.minimum(distances[place[known]], self._reach)
+        return result
+
     def _forget(self, keys: np.ndarray) -> None:
-        """Makes pairs free to be on either side at the accepted state."""
-        names = np.union1d(self._accepted_keys, keys)
-        sides = np.full(len(names), FREE, dtype=np.int32)
-        sides[np.searchsorted(names, self._accepted_keys)] = self._accepted_sides
-        sides[np.searchsorted(names, keys)] = FREE
-        self._accepted_keys, self._accepted_sides, self._built_at = names, sides, None
+        """Makes pairs free to be on either side until the next accepted state."""
+        self._forgotten = np.union1d(self._forgotten, keys)
+        self._built_at = None
 
     def summary(self, edges: int) -> ContactSummary:
         """What will be modelled, for `check`, beside a number of edges."""
@@ -205,6 +217,7 @@ class SurfaceContact:
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
         self._table = replace(self._table, values=np.array(state["thickness"]))
+        self._forgotten = np.zeros(0, dtype=np.int64)
         self._built_at = None
         self._evaluate(self._accepted_q)
 
@@ -316,6 +329,7 @@ class SurfaceContact:
             place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
             known = self._accepted_keys[place] == keys
             sides[known] = self._accepted_sides[place[known]]
+        sides[np.isin(keys, self._forgotten)] = FREE
         return sides
 
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
