@@ -1,8 +1,11 @@
 """Small meshes written out by hand for the tests of contact: no generator stands between a claim and its check."""
 
+import json
+
 import numpy as np
 
 from warp_origami.model.connectivity import list_edges
+from warp_origami.model.fold import read_fold
 from warp_origami.model.mesh import Mesh, assemble_mesh
 
 
@@ -38,3 +41,15 @@ def joined(*parts):
         np.concatenate([v for v, _ in parts]),
         np.concatenate([t + o for (_, t), o in zip(parts, offsets[:-1], strict=True)]),
     )
+
+
+def cut_square(folder):
+    """The mesh of a unit square that is cut along its diagonal, by way of a FOLD file."""
+    content = {
+        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
+        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
+        "edges_assignment": ["B", "B", "B", "B", "C"],
+        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
+    }
+    (folder / "cut.fold").write_text(json.dumps(content))
+    return read_fold(folder / "cut.fold").mesh

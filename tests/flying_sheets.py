@@ -28,6 +28,12 @@ def write_sheets(path, sheets):
         boxes.append([(flat.min(axis=0) - 0.01).tolist(), (flat.max(axis=0) + 0.01).tolist()])
         vertices += flat.tolist()
         folded += np.asarray(placed).tolist()
+    write_fold(path, vertices, faces, folded)
+    return boxes
+
+
+def write_fold(path, vertices, faces, folded):
+    """A FOLD file of sheets without creases, folded to given places; faces of four corners."""
     counts = {}
     for face in faces:
         for k in range(4):
@@ -43,7 +49,6 @@ def write_sheets(path, sheets):
         "file_frames": [frame],
     }
     path.write_text(json.dumps(content))
-    return boxes
 
 
 def scene_of(path, duration, contact, boxes, velocities, **tables):

@@ -1,14 +1,11 @@
 """What counts as thickness between layers of a folded sheet, and on which side they lie."""
 
-import json
-
 import numpy as np
 import pytest
 
 from contact_cases import EPS_S, THICKNESS, TwoSheets, settings
-from contact_meshes import grid, mesh_of
+from contact_meshes import cut_square, grid, mesh_of
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
-from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.leaf_in import leaf_in
 from warp_origami.terms.contact import Contact
 from warp_origami.terms.contact.thickness import CREASE_RATIO
@@ -138,14 +135,7 @@ def test_face_orders_say_which_of_coincident_layers_lies_above(above, given):
 
 def test_lips_of_a_cut_do_not_coincide(tmp_path):
     """The two sides of a cut touch along a line; no layer lies on another, and nothing pushes them apart."""
-    content = {
-        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
-        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-        "edges_assignment": ["B", "B", "B", "B", "C"],
-        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
-    }
-    (tmp_path / "cut.fold").write_text(json.dumps(content))
-    mesh = read_fold(tmp_path / "cut.fold").mesh
+    mesh = cut_square(tmp_path)
     coordinates = number_coordinates(mesh)
     flat = affine_coordinates(mesh, coordinates, np.pad(mesh.vertices, ((0, 0), (0, 1))))
     contact = Contact(mesh, coordinates, settings("mixed"), flat)

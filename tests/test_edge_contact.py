@@ -1,6 +1,5 @@
 """Edge-to-edge contact: gradient of an energy that fades at ends and near parallel, on the right side, all found."""
 
-import json
 from itertools import pairwise
 
 import numpy as np
@@ -9,9 +8,8 @@ import warp as wp
 from warp_origami.kernels.precision import vec3
 
 from contact_cases import EPS_N, THICKNESS, TwoSheets, wavy
-from contact_meshes import grid, joined, mesh_of
+from contact_meshes import cut_square, grid, joined, mesh_of
 from warp_origami.model.coordinates import affine_coordinates, number_coordinates
-from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.leaf_in import leaf_in
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact.edge_curves import build_curves
@@ -286,14 +284,7 @@ def test_leaf_in_starts_without_edge_force():
 
 
 def test_lips_of_a_cut_do_not_push_each_other(tmp_path):
-    content = {
-        "vertices_coords": [[0, 0], [1, 0], [1, 1], [0, 1]],
-        "edges_vertices": [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]],
-        "edges_assignment": ["B", "B", "B", "B", "C"],
-        "faces_vertices": [[0, 1, 2], [0, 2, 3]],
-    }
-    (tmp_path / "cut.fold").write_text(json.dumps(content))
-    mesh = read_fold(tmp_path / "cut.fold").mesh
+    mesh = cut_square(tmp_path)
     coordinates = number_coordinates(mesh)
     flat = affine_coordinates(mesh, coordinates, np.pad(mesh.vertices, ((0, 0), (0, 1))))
     contact = EdgeContact(mesh, coordinates, build_submesh(mesh, 2), THICKNESS, EPS_N, flat)

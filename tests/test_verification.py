@@ -3,13 +3,13 @@
 The pendulum is in test_generalized_alpha.py, free fall and momentum in test_simulate.py, the drum in test_drum.py.
 """
 
-import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import warp_origami as wo
+from flying_sheets import write_fold
 from runs import run, system_of
 from warp_origami.terms.contact import contact
 
@@ -181,20 +181,7 @@ def facing(path, lower, upper, held=False):
         folded += np.stack([x, y, np.full(len(x), z)], axis=1).tolist()
         corner = start + (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
         faces += np.stack([corner, corner + 1, corner + n + 2, corner + n + 1], axis=1).tolist()
-    edges = {tuple(sorted((f[k - 1], f[k]))): 0 for f in faces for k in range(4)}
-    for f in faces:
-        for k in range(4):
-            edges[tuple(sorted((f[k - 1], f[k])))] += 1
-    frame = {"frame_classes": ["foldedForm"], "frame_inherit": True, "frame_parent": 0, "vertices_coords": folded}
-    content = {
-        "frame_classes": ["creasePattern"],
-        "vertices_coords": vertices,
-        "faces_vertices": faces,
-        "edges_vertices": list(edges),
-        "edges_assignment": ["B" if count == 1 else "F" for count in edges.values()],
-        "file_frames": [frame],
-    }
-    path.write_text(json.dumps(content))
+    write_fold(path, vertices, faces, folded)
     given = wo.load_scene("two_sheets").model_dump(exclude_none=True)
     given["pattern"] = {"kind": "fold", "file": str(path)}
     if held:

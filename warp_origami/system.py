@@ -27,7 +27,7 @@ from .model.submesh import default_divisions
 from .scene import Scene
 from .scene.approach import expected_approach
 from .scene.settings import Contact as ContactTable
-from .terms.contact import CREASE_RATIO, Contact, ContactSummary
+from .terms.contact import Contact
 from .terms.contact.friction import Friction, FrictionLaw
 from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
 from .terms.device import choose_device
@@ -347,7 +347,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     ]
     if system.contact is not None:
         lines += _describe_stiffness(scene.contact, system.contact_settings)
-        lines += _describe_contact(system.contact.summary())
+        lines += system.contact.summary().lines()
     return lines
 
 
@@ -366,26 +366,6 @@ def _describe_stiffness(given: ContactTable, used: ContactTable) -> list[tuple[s
     if any(getattr(given, key) == "auto" for key in keys):
         line += f"; for a penetration of {used.target_penetration:g} of the thickness at {used.expected_speed:.4g} m/s"
     return [("contact stiffness", line + ("; never closer than the thickness" if used.exact else ""))]
-
-
-def _describe_contact(contact: ContactSummary) -> list[tuple[str, str]]:
-    def listed(pairs):
-        return f"{len(pairs)}: " + " ".join(f"{f}-{g}" for f, g in pairs) if len(pairs) else "none"
-
-    return [
-        ("contact points", f"{contact.sts_points} surface-to-surface, {contact.nts_points} node-to-surface"),
-        ("contact edges", f"{contact.edges} creases and free edges, held apart from each other"),
-        ("contact masters", f"{contact.sub_triangles} sub-triangles in {contact.layers} layers (faces)"),
-        ("contact pairs near", f"{contact.pairs} of a point and a layer at the start"),
-        (
-            "crease rule",
-            f"the thickness that counts between a point and a layer is at most {CREASE_RATIO:g} of their distance in "
-            f"the flat sheet and at first at most their distance at the start: {contact.left_out} pairs left out, "
-            f"{contact.weakened_by_crease} weakened by the first, {contact.weakened_by_start} by the second",
-        ),
-        ("  faces with a crease", listed(contact.crease_neighbours)),
-        ("  faces with a vertex", listed(contact.vertex_neighbours)),
-    ]
 
 
 def _load_name(load) -> str:

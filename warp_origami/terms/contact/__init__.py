@@ -3,7 +3,5 @@
 from .contact import Contact, ContactStatistics
 from .pressure_field import PressureField
 from .settings import ContactSettings
-from .summary import ContactSummary
-from .thickness import CREASE_RATIO
 
-__all__ = ["CREASE_RATIO", "Contact", "ContactSettings", "ContactStatistics", "ContactSummary", "PressureField"]
+__all__ = ["Contact", "ContactSettings", "ContactStatistics", "PressureField"]

@@ -29,7 +29,7 @@ from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
 from .law import PENALTY, ContactLaw
-from .thickness import CREASE_RATIO, ROUND_OFF
+from .thickness import CREASE_RATIO, ROUND_OFF, margin_of, reach_of
 
 LONGEST_ZONE = 0.25
 """Part of an edge at each end, at most, where the force fades."""
@@ -74,9 +74,7 @@ class EdgeContact:
         # compiled now rather than when edges first come near each other; Warp launches with blocks of 1 on the CPU
         target = wp.get_device(device)
         edge_edge.edge_contacts.module.load(target, block_dim=1 if target.is_cpu else None)
-        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
-        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
-        self._margin = max(4.0 * self._thickness, 0.08 * edge)
+        self._reach, self._margin = reach_of(mesh, self._thickness), margin_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
         self._search = EdgeSearch(self.curves.vertices, submesh.divisions, device)
         zones = np.minimum(self._thickness / self.curves.lengths, LONGEST_ZONE)

@@ -33,7 +33,7 @@ from .active_pairs import ActivePairs
 from .features import build_features
 from .near_features import FeatureSearch, NearFeatures
 from .swept import relative_motion
-from .thickness import CREASE_RATIO
+from .thickness import CREASE_RATIO, reach_of
 
 RANGE_SHARE = 0.25
 """Range over the effective thickness min(h, c s, d_0)."""
@@ -75,8 +75,7 @@ class FacetContact:
     ) -> None:
         self._submesh, self._stiffness, self._device = submesh, float(stiffness), device
         self._thickness = float(thickness)
-        # how far an iterate may be through and still be pushed back to where it came from, as for points
-        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * float(np.sqrt(2.0 * mesh.areas.mean())))
+        self._reach = reach_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
         self.kernel_modules = (facet_pairs.find_facet_distances.module.name,)
         self._interpolation = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)

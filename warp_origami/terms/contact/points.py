@@ -8,9 +8,9 @@ each other first, by a crease, and neither its nodes nor edges that share a vert
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, vstack
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_matrix, vstack
 
+from warp_origami.model.connectivity import sheet_labels
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.locate import area_coordinates
 from warp_origami.model.mesh import CREASE, Mesh
@@ -124,10 +124,6 @@ def _faces_of_nodes(submesh: Submesh) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 def _sheets(mesh: Mesh) -> np.ndarray:
     """Connected part of the mesh that each face belongs to."""
-    ne, nv = len(mesh.triangles), len(mesh.vertices)
-    rows = np.repeat(np.arange(ne), 3)
-    graph = coo_matrix((np.ones(3 * ne), (rows, ne + mesh.triangles.ravel())), shape=(ne + nv, ne + nv))
-    labels = connected_components(graph, directed=False)[1][:ne]
     sheets = np.zeros(mesh.faces.max() + 1, dtype=int)
-    sheets[mesh.faces] = labels
+    sheets[mesh.faces] = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[:, 0]]
     return sheets

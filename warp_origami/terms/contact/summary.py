@@ -10,7 +10,7 @@ from warp_origami.model.submesh import Submesh
 from .narrow import NarrowPhase
 from .points import ContactPoints
 from .search import Search
-from .thickness import ThicknessTable
+from .thickness import CREASE_RATIO, ThicknessTable
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,27 @@ class ContactSummary:
     weakened_by_start: int
     crease_neighbours: np.ndarray
     vertex_neighbours: np.ndarray
+
+    def lines(self) -> list[tuple[str, str]]:
+        """The same in words, for `check`."""
+
+        def listed(pairs):
+            return f"{len(pairs)}: " + " ".join(f"{f}-{g}" for f, g in pairs) if len(pairs) else "none"
+
+        return [
+            ("contact points", f"{self.sts_points} surface-to-surface, {self.nts_points} node-to-surface"),
+            ("contact edges", f"{self.edges} creases and free edges, held apart from each other"),
+            ("contact masters", f"{self.sub_triangles} sub-triangles in {self.layers} layers (faces)"),
+            ("contact pairs near", f"{self.pairs} of a point and a layer at the start"),
+            (
+                "crease rule",
+                f"the thickness that counts between a point and a layer is at most {CREASE_RATIO:g} of their distance "
+                f"in the flat sheet and at first at most their distance at the start: {self.left_out} pairs left out, "
+                f"{self.weakened_by_crease} weakened by the first, {self.weakened_by_start} by the second",
+            ),
+            ("  faces with a crease", listed(self.crease_neighbours)),
+            ("  faces with a vertex", listed(self.vertex_neighbours)),
+        ]
 
 
 def summarize(

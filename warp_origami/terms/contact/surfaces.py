@@ -35,7 +35,7 @@ from .settings import ContactSettings
 from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
 from .summary import ContactSummary, summarize
 from .swept import relative_motion
-from .thickness import CREASE_RATIO, build_thickness
+from .thickness import CREASE_RATIO, build_thickness, margin_of, reach_of
 
 REBUILD_FRACTION = 0.45
 """Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
@@ -80,11 +80,7 @@ class SurfaceContact:
             settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
         )
 
-        # the reach is how deep an iterate may pass through a layer and still be pushed back to where it came from; the
-        # margin balances searching anew against launching on pairs that are still far
-        edge = float(np.sqrt(2.0 * mesh.areas.mean()))
-        self._reach = self._thickness + max(2.0 * self._thickness, 0.03 * edge)
-        self._margin = max(4.0 * self._thickness, 0.08 * edge)
+        self._reach, self._margin = reach_of(mesh, self._thickness), margin_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
         apart = max(self._thickness / CREASE_RATIO, 1.5 * (self._reach + self._margin))
         self._search = Search(self._points, self._submesh, apart, device)

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from warp_origami.model.mesh import Mesh
+
 from .points import ContactPoints
 from .search import Search
 
@@ -19,6 +21,23 @@ CREASE_RATIO = 0.02
 
 ROUND_OFF = 1e-13
 """The stowed distance counts less by this part of the sheet's size, so that round-off cannot load the start."""
+
+
+def reach_of(mesh: Mesh, thickness: float) -> float:
+    """How deep an iterate may be through what it touches and still be pushed back to where it came from, m."""
+    return thickness + max(2.0 * thickness, 0.03 * _typical_edge(mesh))
+
+
+def margin_of(mesh: Mesh, thickness: float) -> float:
+    """How much farther than the reach pairs are searched, m.
+
+    It balances searching anew against launching on pairs that are still far.
+    """
+    return max(4.0 * thickness, 0.08 * _typical_edge(mesh))
+
+
+def _typical_edge(mesh: Mesh) -> float:
+    return float(np.sqrt(2.0 * mesh.areas.mean()))
 
 
 @dataclass(frozen=True)
