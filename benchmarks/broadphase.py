@@ -44,7 +44,7 @@ from warp_origami.model.submesh import build_submesh
 from warp_origami.scene.settings import Contact as Settings
 from warp_origami.terms.contact import Contact, box_pairs
 from warp_origami.terms.contact.edge_search import EdgeSearch
-from warp_origami.terms.contact.features import build_features
+from warp_origami.terms.contact.features import submesh_features
 from warp_origami.terms.contact.near_features import FeatureSearch
 from warp_origami.terms.contact.points import build_points
 from warp_origami.terms.contact.search import Search
@@ -123,10 +123,10 @@ def measure_stack(m: int, thickness: float | None, divisions: int | None) -> dic
     setup = time.process_time() - start
     row = {"elements": len(mesh.triangles), "setup": setup, "memory_MB": memory() - before}
     row["peak_memory_MB"] = max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6 - before, 0.0)
-    surfaces, edges, facets = contact._surfaces, contact._edges, contact._facets
+    surfaces, edges, facets = contact._surfaces, contact._edges, contact._facets["facets"]
     radius, features, nodes = surfaces._reach + surfaces._margin, facets._search, facets._x
     if divisions is not None:  # facets have their own
-        features = FeatureSearch(contact.submesh, build_features(mesh, contact.submesh), "cpu")
+        features = FeatureSearch(submesh_features(mesh, coordinates, contact.submesh), "cpu")
         nodes = surfaces._nodes.array.numpy()
     calls = {
         "point_search": lambda: surfaces._search.within(surfaces._slaves.array, surfaces._nodes.array, radius),
@@ -178,7 +178,7 @@ def measure_graded(around: int) -> dict[str, float]:
     nodes, slaves = positions[: points.node_count], positions[points.node_count :]
     search, clock, radius = Search(points, submesh, 0.1, "cpu"), Clock(), 2e-5
     arrays = [wp.array(x, dtype=vec3, device="cpu") for x in (slaves, nodes)]
-    features = FeatureSearch(submesh, build_features(mesh, submesh), "cpu")
+    features = FeatureSearch(submesh_features(mesh, coordinates, submesh), "cpu")
     row, phases = {"elements": len(mesh.triangles)}, Counter()
     row["point_search"], parts, found = clock.median(lambda: search.within(*arrays, radius))
     phases.update(parts)

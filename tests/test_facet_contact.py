@@ -11,6 +11,7 @@ from warp_origami.model.coordinates import affine_coordinates, number_coordinate
 from warp_origami.model.generators import build_pattern
 from warp_origami.model.submesh import build_submesh
 from warp_origami.terms.contact.facets import RANGE_SHARE, FacetContact
+from warp_origami.terms.contact.features import submesh_features
 from warp_origami.terms.contact.swept import SweptTest
 
 RANGE = RANGE_SHARE * THICKNESS
@@ -24,7 +25,9 @@ def sheets():
 def facets(sheets, start=0.01):
     """Facet contact of the two sheets, which do not match, the upper one shifted."""
     submesh = build_submesh(sheets.mesh, 2)
-    return FacetContact(sheets.mesh, sheets.coordinates, submesh, THICKNESS, EPS_N, at(sheets, start))
+    return FacetContact(
+        sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, submesh), THICKNESS, EPS_N, at(sheets, start)
+    )
 
 
 def at(sheets, height):
@@ -111,7 +114,8 @@ def test_the_start_is_free_of_force_however_close_layers_are():
     pattern = build_pattern("sheet", folded)
     coordinates = number_coordinates(pattern.mesh)
     q = affine_coordinates(pattern.mesh, coordinates, pattern.stowed)
-    contact = FacetContact(pattern.mesh, coordinates, build_submesh(pattern.mesh, 4), 5e-3, EPS_N, q)
+    features = submesh_features(pattern.mesh, coordinates, build_submesh(pattern.mesh, 4))
+    contact = FacetContact(pattern.mesh, features, 5e-3, EPS_N, q)
     assert contact.gradient(q)[0] == 0.0 and contact.counts() == (0, 0)
     flat = affine_coordinates(pattern.mesh, coordinates, np.pad(pattern.mesh.vertices, ((0, 0), (0, 1))))
     assert contact.gradient(flat)[0] == 0.0
@@ -121,7 +125,9 @@ def test_what_has_been_pushed_through_comes_back_without_a_passage():
     """Newton's method on the energy and a weak pull to where it was pushed to."""
     sheets = TwoSheets(grid(2, 1), grid(2, 1))
     contact = facets(sheets)
-    swept = SweptTest(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2), "cpu")
+    swept = SweptTest(
+        sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2)), "cpu"
+    )
     q = rough(sheets, 0.9 * RANGE, 5)
     contact.accept(q)
     pushed = q.copy()
@@ -178,6 +184,6 @@ def test_separate_sheets_may_overlap_in_the_flat_plane():
     points = np.pad(mesh.vertices, ((0, 0), (0, 1)))
     points[len(v) :, 2] = 0.01
     q = affine_coordinates(mesh, coordinates, points)
-    contact = FacetContact(mesh, coordinates, build_submesh(mesh, 2), THICKNESS, EPS_N, q)
+    contact = FacetContact(mesh, submesh_features(mesh, coordinates, build_submesh(mesh, 2)), THICKNESS, EPS_N, q)
     points[len(v) :, 2] = 0.5 * RANGE
     assert contact.gradient(affine_coordinates(mesh, coordinates, points))[0] > 0.0

@@ -15,7 +15,7 @@ from warp_origami.model.coordinates import affine_coordinates, number_coordinate
 from warp_origami.model.mesh import build_mesh
 from warp_origami.model.refine import refine
 from warp_origami.model.submesh import build_submesh
-from warp_origami.terms.contact.features import build_features
+from warp_origami.terms.contact.features import submesh_features
 from warp_origami.terms.contact.swept import TOUCHING_SHARE, SweptTest
 from warp_origami.terms.shapes import tabulate
 
@@ -29,7 +29,7 @@ class Swept:
     def __init__(self, mesh, divisions=1, **options):
         self.mesh, self.coordinates = mesh, number_coordinates(mesh)
         self.submesh = build_submesh(mesh, divisions)
-        self.test = SweptTest(mesh, self.coordinates, self.submesh, "cpu", **options)
+        self.test = SweptTest(mesh, submesh_features(mesh, self.coordinates, self.submesh), "cpu", **options)
         self.interpolation = tabulate(mesh, self.submesh.elements, self.submesh.areas).interpolation(self.coordinates)
 
     def at(self, points):
@@ -118,7 +118,9 @@ def test_near_misses(distance):
 def test_layers_that_slide_closely_past_each_other():
     """Parallel, a millionth of their size apart, over many times their distance: nothing touches."""
     sheets = TwoSheets(grid(4, 4), grid(3, 3, (0.7, 0.7), angle=0.3))
-    test = SweptTest(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2), "cpu")
+    test = SweptTest(
+        sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2)), "cpu"
+    )
     assert test.first_passage(sheets.at(1e-6), sheets.at(1e-6, dx=0.3, dy=-0.2)) is None
     assert test.first_passage(sheets.at(1e-6), sheets.at(-1e-6, dx=0.3, dy=-0.2)).t == pytest.approx(0.5, abs=1e-3)
 
@@ -252,7 +254,9 @@ def test_a_crease_folds_until_flat_and_no_farther():
 
 def test_what_touches_from_the_start_may_part_but_not_meet_again():
     sheets = TwoSheets(grid(4, 4), grid(3, 3, (0.7, 0.7), angle=0.3))
-    test = SweptTest(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2), "cpu")
+    test = SweptTest(
+        sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 2)), "cpu"
+    )
     assert test.first_passage(sheets.at(0.0), sheets.at(0.0)) is None
     assert test.first_passage(sheets.at(0.0), sheets.at(1e-3, dx=0.01)) is None
     assert test.first_passage(sheets.at(0.0), sheets.at(-1e-3, dx=0.01)) is None
@@ -266,7 +270,7 @@ def test_lips_of_a_cut_are_one_place(cells, divisions):
     vertices, triangles = grid(3, 3)
     mesh = refine(build_mesh(vertices, triangles, [(1, 5), (5, 9)], ["C", "C"]), cells)
     submesh = build_submesh(mesh, divisions)
-    groups = build_features(mesh, submesh).groups
+    groups = submesh_features(mesh, number_coordinates(mesh), submesh).groups
     _, place = np.unique(submesh.flat.round(9), axis=0, return_inverse=True)
     np.testing.assert_array_equal(groups[:, None] == groups, place.ravel()[:, None] == place.ravel())
     assert len(np.unique(groups)) < len(groups)
@@ -291,10 +295,8 @@ def test_the_answer_depends_on_the_two_states_alone():
         for i in range(41)
     ]
     found = [folded.test.first_passage(a, b) for a, b in pairwise(states)]
-    fresh = [
-        SweptTest(folded.mesh, folded.coordinates, folded.submesh, "cpu").first_passage(a, b)
-        for a, b in pairwise(states)
-    ]
+    features = submesh_features(folded.mesh, folded.coordinates, folded.submesh)
+    fresh = [SweptTest(folded.mesh, features, "cpu").first_passage(a, b) for a, b in pairwise(states)]
     assert found == fresh
     assert 3 < sum(one is not None for one in found) < 38
     assert folded.test.cost.searches < 30
@@ -317,7 +319,9 @@ def test_the_number_of_near_pairs_grows_with_the_elements():
     per_element = []
     for n in (8, 16, 32):
         sheets = TwoSheets(grid(n, n), grid(n, n, angle=0.3))
-        test = SweptTest(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 1), "cpu")
+        test = SweptTest(
+            sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 1)), "cpu"
+        )
         assert test.first_passage(sheets.at(0.1 / n), sheets.at(0.11 / n)) is None
         per_element.append(test.cost.near / len(sheets.mesh.triangles))
     assert max(per_element) < 1.1 * min(per_element)
@@ -332,7 +336,9 @@ def test_a_graded_mesh_misses_nothing():
     """A small sheet through a large element, and a large element through small ones: search sizes differ by 300."""
     for fine, coarse in (((0.01, 0.01), (3.0, 3.0)), ((3.0, 3.0), (0.01, 0.01))):
         sheets = TwoSheets(grid(1, 1, coarse), grid(4, 4, fine))
-        test = SweptTest(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 1), "cpu")
+        test = SweptTest(
+            sheets.mesh, submesh_features(sheets.mesh, sheets.coordinates, build_submesh(sheets.mesh, 1)), "cpu"
+        )
         found = test.first_passage(sheets.at(0.02, dx=0.3), sheets.at(-0.03, dx=0.3))
         assert found is not None and found.t == pytest.approx(0.4, abs=1e-6)
 

@@ -1,10 +1,10 @@
 """Contact of the sheet with itself and with other sheets: points against layers, edges against edges.
 
-    U_c = U_sts + U_nts + U_edge + U_facet
+    U_c = U_sts + U_nts + U_edge + U_facet + U_cone
 
 The methods: `sts` and `nts` are the paper's, on their own, and may let layers through; `mixed` has both, edges against
-edges and the drawn facets against each other, and no step is to be taken that leads the drawn sub-triangles through
-each other.
+edges, the drawn facets and the tangent cones along creases against each other, and no step is to be taken that leads
+the drawn sub-triangles or the tangent cones through each other.
 """
 
 from dataclasses import dataclass
@@ -14,12 +14,14 @@ from scipy.sparse import csr_matrix
 
 from warp_origami.errors import InputError
 from warp_origami.model.coordinates import Coordinates
-from warp_origami.model.mesh import Mesh
+from warp_origami.model.mesh import CREASE, Mesh
 from warp_origami.model.submesh import Submesh, build_submesh, default_divisions, drawn_divisions
 
 from .active_pairs import ActivePairs
+from .crease_cones import crease_cones
 from .edges import EdgeContact
 from .facets import FacetContact
+from .features import submesh_features
 from .law import contact_law
 from .settings import METHODS, ContactSettings
 from .summary import ContactSummary
@@ -83,8 +85,13 @@ class Contact:
         self._surfaces = SurfaceContact(
             mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
         )
-        self._edges = self._facets = self._swept = None
-        drawn = build_submesh(mesh, drawn_divisions(len(mesh.triangles)))
+        self._edges, self._facets, features = None, {}, {}
+        if guarded or settings.method == "mixed":
+            drawn = drawn_divisions(len(mesh.triangles))
+            features["facets"] = submesh_features(mesh, coordinates, build_submesh(mesh, drawn))
+            if (mesh.edge_kinds == CREASE).any():
+                features["cones"] = crease_cones(mesh, coordinates, drawn)
+        self._swept = [SweptTest(mesh, kind, device) for kind in features.values()]
         if settings.method == "mixed":
             self._edges = EdgeContact(
                 mesh,
@@ -96,14 +103,13 @@ class Contact:
                 device,
                 contact_law(settings.method, settings.exact, settings.thickness),
             )
-            self._facets = FacetContact(
-                mesh, coordinates, drawn, settings.thickness, settings.nts_stiffness, initial_q, device
-            )
-        if settings.method == "mixed" or guarded:
-            self._swept = SweptTest(mesh, coordinates, drawn, device)
-        terms = {"surfaces": self._surfaces, "edges": self._edges, "facets": self._facets}
+            self._facets = {
+                name: FacetContact(mesh, kind, settings.thickness, settings.nts_stiffness, initial_q, device)
+                for name, kind in features.items()
+            }
+        terms = {"surfaces": self._surfaces, "edges": self._edges, **self._facets}
         self._terms = {name: term for name, term in terms.items() if term is not None}
-        parts = [*self._terms.values(), *([self._swept] if self._swept is not None else [])]
+        parts = [*self._terms.values(), *self._swept]
         self.kernel_modules = tuple(module for part in parts for module in part.kernel_modules)
         self.coincident_layers = self._surfaces.coincident_layers
 
@@ -113,18 +119,20 @@ class Contact:
         return self._surfaces.reach
 
     def passage(self, before: np.ndarray, after: np.ndarray) -> Passage | None:
-        """The first passage of the drawn sub-triangles through each other on the straight way between two states
-        (n, 3); if there is none, a point that the second state leaves on the wrong side of a cubic surface.
+        """The first passage of the drawn sub-triangles, or of tangent cones, through each other on the straight way
+        between two states (n, 3); if there is none, a point that the second state leaves on the wrong side of a cubic
+        surface.
 
         None if there is neither, and for `sts` and `nts` unless they are guarded.
         """
-        if self._swept is None:
+        if not self._swept:
             return None
-        return self._swept.first_passage(before, after) or self._gone_through(after)
+        passages = (test.first_passage(before, after) for test in self._swept)
+        return next((found for found in passages if found is not None), None) or self._gone_through(after)
 
     def is_free_way(self, before: np.ndarray, after: np.ndarray) -> bool:
         """Whether the drawn sub-triangles do not pass through each other on the straight way between two states."""
-        return self._swept is None or self._swept.first_passage(before, after) is None
+        return all(test.first_passage(before, after) is None for test in self._swept)
 
     def _gone_through(self, q: np.ndarray) -> Passage | None:
         """A point that is on the wrong side of a layer at q."""
@@ -168,7 +176,7 @@ class Contact:
         if self._edges is None:
             return ContactStatistics(sts, nts, 0, depth)
         edge, edge_depth = self._edges.statistics()
-        vertex_facets, edge_facets = self._facets.counts()
+        vertex_facets, edge_facets = np.sum([term.counts() for term in self._facets.values()], axis=0).tolist()
         return ContactStatistics(sts, nts + vertex_facets, edge + edge_facets, max(depth, edge_depth))
 
     def summary(self) -> ContactSummary:

@@ -23,14 +23,11 @@ from warp_origami.kernels import facet_pairs
 from warp_origami.kernels.precision import real, vec3, vec4
 from warp_origami.kernels.swept import EDGE_EDGE
 from warp_origami.model.connectivity import sheet_labels
-from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
-from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
-from ..shapes import tabulate
 from .active_pairs import ActivePairs
-from .features import build_features
+from .features import FeatureMesh
 from .near_features import FeatureSearch, NearFeatures
 from .swept import relative_motion
 from .thickness import CREASE_RATIO, reach_of
@@ -52,8 +49,8 @@ class FacetContact:
     """Contact energy of facets as a function of q (n, 3); equal q after equal accepted states gives equal bits.
 
     Args:
-        mesh, coordinates: of q.
-        submesh: the sub-triangles.
+        mesh: flat sheet.
+        features: the facets.
         thickness: h, m.
         stiffness: k, N/m.
         initial_q: (n, 3) state of the start, free of contact force by construction.
@@ -66,27 +63,24 @@ class FacetContact:
     def __init__(
         self,
         mesh: Mesh,
-        coordinates: Coordinates,
-        submesh: Submesh,
+        features: FeatureMesh,
         thickness: float,
         stiffness: float,
         initial_q: np.ndarray,
         device: str = "cpu",
     ) -> None:
-        self._submesh, self._stiffness, self._device = submesh, float(stiffness), device
+        self._features, self._stiffness, self._device = features, float(stiffness), device
         self._thickness = float(thickness)
         self._reach = reach_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
         self.kernel_modules = (facet_pairs.find_facet_distances.module.name,)
-        self._interpolation = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)
-        self._features = build_features(mesh, submesh)
-        self._lengths = np.linalg.norm(np.diff(submesh.flat[self._features.edges], axis=1)[:, 0], axis=1)
-        self._search = FeatureSearch(submesh, self._features, device)
+        self._interpolation, self._lengths = features.interpolation, features.edge_lengths
+        self._search = FeatureSearch(features, device)
         self._radius = max(RADIUS_SHARE * self._search.typical_length, 3.0 * self._reach)
-        self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[submesh.elements, 0]]
-        count = len(submesh.flat)
+        self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[features.elements, 0]]
+        count = len(features.flat)
         self._positions = Buffer(count, vec3, device)
-        self._flat = wp.array(np.pad(submesh.flat, ((0, 0), (0, 1))), dtype=vec3, device=device)
+        self._flat = wp.array(np.pad(features.flat, ((0, 0), (0, 1))), dtype=vec3, device=device)
         self._start = wp.array(self._interpolation @ initial_q, dtype=vec3, device=device)
         self._near: NearFeatures | None = None
         self.accept(np.array(initial_q))
@@ -127,7 +121,7 @@ class FacetContact:
     def flat_points(self) -> np.ndarray:
         """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
         parts = np.maximum(self._weights, 0.0), np.maximum(-self._weights, 0.0)
-        flat = self._submesh.flat[self._corners()]
+        flat = self._features.flat[self._corners()]
         return np.stack([np.einsum("kc,kcd->kd", part, flat) for part in parts], axis=1)
 
     def counts(self) -> tuple[int, int]:
@@ -231,8 +225,8 @@ class FacetContact:
         edges = near.kinds[at] == EDGE_EDGE
         elements = np.empty((len(at), 2), dtype=int)
         for column, numbers, others in (
-            (0, near.firsts[at], self._submesh.elements),
-            (1, near.seconds[at], self._submesh.triangle_elements),
+            (0, near.firsts[at], self._features.elements),
+            (1, near.seconds[at], self._features.triangle_elements),
         ):
             elements[edges, column] = self._features.edge_elements[numbers[edges]]
             elements[~edges, column] = others[numbers[~edges]]

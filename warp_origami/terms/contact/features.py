@@ -1,44 +1,74 @@
-"""Vertices, edges and triangles of the sub-mesh as what may pass through each other."""
+"""Vertices, edges and triangles as what may pass through each other: those of the sub-mesh, and how they move."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
+from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.lattice import edge_points, element_points
 from warp_origami.model.mesh import BOUNDARY, Mesh
 from warp_origami.model.submesh import Submesh
+
+from ..shapes import tabulate
 
 LIP_RESOLUTION = 1e-6
 """Part of a cut's length below which two points of its lips are at one place."""
 
 
 @dataclass(frozen=True)
-class SweptFeatures:
-    """Features of a sub-mesh.
+class FeatureMesh:
+    """Triangles in space whose points are linear in q, with their vertices and edges.
 
     Attributes:
-        triangles: (nt, 3) int32 points of the sub-triangles.
+        interpolation: (np, n) matrix: positions of the points are this times q, m.
+        flat: (np, 2) flat positions of the points, m.
+        elements: (np,) an element that each point belongs to.
+        groups: (np,) int32 equal for points that are at one place of the pattern: those of two lips of a cut.
+        triangles: (nt, 3) int32 points of the triangles.
+        triangle_elements: (nt,) element of each triangle.
         edges: (nd, 2) int32 points of their sides, each once.
         edge_elements: (nd,) an element that each edge belongs to.
-        groups: (np,) int32 equal for points that are at one place of the pattern: those of two lips of a cut.
+        islands: (np,) int32 part of the mesh that each point belongs to, where only features of one part can meet;
+            None: all can.
     """
 
+    interpolation: csr_matrix
+    flat: np.ndarray
+    elements: np.ndarray
+    groups: np.ndarray
     triangles: np.ndarray
+    triangle_elements: np.ndarray
     edges: np.ndarray
     edge_elements: np.ndarray
-    groups: np.ndarray
+    islands: np.ndarray | None = None
+
+    @property
+    def edge_lengths(self) -> np.ndarray:
+        """(nd,) lengths of the edges in the flat sheet, m."""
+        return np.linalg.norm(np.diff(self.flat[self.edges], axis=1)[:, 0], axis=1)
 
 
-def build_features(mesh: Mesh, submesh: Submesh) -> SweptFeatures:
+def submesh_features(mesh: Mesh, coordinates: Coordinates, submesh: Submesh) -> FeatureMesh:
     """Features of `submesh`, which is build_submesh(mesh, k) for some k."""
-    sides = np.stack([submesh.triangles, np.roll(submesh.triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    edges, first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)
-    return SweptFeatures(
-        triangles=submesh.triangles,
-        edges=edges.astype(np.int32),
-        edge_elements=submesh.triangle_elements[first // 3],
+    edges, edge_elements = edges_of(submesh.triangles, submesh.triangle_elements)
+    return FeatureMesh(
+        interpolation=tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates),
+        flat=submesh.flat,
+        elements=submesh.elements,
         groups=_groups(mesh, submesh),
+        triangles=submesh.triangles,
+        triangle_elements=submesh.triangle_elements,
+        edges=edges,
+        edge_elements=edge_elements,
     )
+
+
+def edges_of(triangles: np.ndarray, triangle_elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sides (nd, 2) int32 of triangles (nt, 3), each once, and an element of each."""
+    sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    edges, first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)
+    return edges.astype(np.int32), triangle_elements[first // 3]
 
 
 def _groups(mesh: Mesh, submesh: Submesh) -> np.ndarray:

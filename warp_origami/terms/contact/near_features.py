@@ -1,17 +1,17 @@
-"""Features of the sub-mesh that are near each other, found once for many steps."""
+"""Features that are near each other, found once for many steps."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
+from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import swept_search
 from warp_origami.kernels.precision import real, vec3
 from warp_origami.kernels.swept import EDGE_EDGE, VERTEX_TRIANGLE, Features
-from warp_origami.model.submesh import Submesh
 
-from .box_pairs import joined, near_pairs
-from .features import SweptFeatures
+from .box_pairs import Part, joined, near_pairs
+from .features import FeatureMesh
 
 
 @dataclass(frozen=True)
@@ -39,21 +39,23 @@ class NearFeatures:
 class FeatureSearch:
     """Finds all pairs of features within a radius; the cost is linear in their number and that of the pairs.
 
+    Where the mesh has islands, all pairs of each are kept and looked at.
+
     Attributes:
         features: for launches.
         typical_length: median length of the edges in the flat sheet, m.
     """
 
-    def __init__(self, submesh: Submesh, features: SweptFeatures, device: str) -> None:
+    def __init__(self, mesh: FeatureMesh, device: str) -> None:
         self._device = device
         self.features = Features()
-        self.features.triangles = wp.array(features.triangles, dtype=wp.int32, device=device)
-        self.features.edges = wp.array(features.edges, dtype=wp.int32, device=device)
-        self.features.groups = wp.array(features.groups, dtype=wp.int32, device=device)
-        self._corners = np.ascontiguousarray(features.triangles.T)
-        self._ends = np.ascontiguousarray(features.edges.T)
-        ends = submesh.flat[features.edges]
-        self.typical_length = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+        self.features.triangles = wp.array(mesh.triangles, dtype=wp.int32, device=device)
+        self.features.edges = wp.array(mesh.edges, dtype=wp.int32, device=device)
+        self.features.groups = wp.array(mesh.groups, dtype=wp.int32, device=device)
+        self._corners = np.ascontiguousarray(mesh.triangles.T)
+        self._ends = np.ascontiguousarray(mesh.edges.T)
+        self._among = None if mesh.islands is None else _pairs_in_islands(mesh)
+        self.typical_length = float(np.median(mesh.edge_lengths))
 
     def within(self, positions: np.ndarray, radius: float) -> NearFeatures:
         """All pairs closer than `radius` (m) where the points are at `positions` (np, 3)."""
@@ -68,16 +70,8 @@ class FeatureSearch:
 
             return distances_of
 
-        a, b, c = (positions[corner] for corner in self._corners)
-        boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        near = distances_by(swept_search.find_vertices_near_triangles)
-        vertices, triangles, apart = joined(near_pairs(points, points, boxes, radius, near))
-
-        a, b = (positions[end] for end in self._ends)
-        boxes = np.minimum(a, b), np.maximum(a, b)
-        low, high = (wp.array(corner, dtype=vec3, device=self._device) for corner in boxes)
-        near = distances_by(swept_search.find_edges_near_edges)
-        one, other, between = joined(near_pairs(low, high, boxes, radius, near, among=True))
+        vertices, triangles, apart = self._vertices_near_triangles(positions, points, radius, distances_by)
+        one, other, between = self._edges_near_edges(positions, radius, distances_by)
 
         kinds = np.repeat(np.array([VERTEX_TRIANGLE, EDGE_EDGE], dtype=np.int32), [len(apart), len(between)])
         firsts = np.concatenate([vertices, np.maximum(one, other)])
@@ -87,3 +81,46 @@ class FeatureSearch:
         kinds, firsts, seconds, distances = (array[order] for array in (kinds, firsts, seconds, distances))
         arrays = tuple(wp.array(array, dtype=wp.int32, device=self._device) for array in (kinds, firsts, seconds))
         return NearFeatures(positions, radius, kinds, firsts, seconds, distances, arrays)
+
+    def _vertices_near_triangles(self, positions: np.ndarray, points: wp.array, radius: float, distances_by) -> Part:
+        near = distances_by(swept_search.find_vertices_near_triangles)
+        if self._among is not None:
+            return self._near_ones(self._among[0], radius, near)
+        a, b, c = (positions[corner] for corner in self._corners)
+        boxes = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        return joined(near_pairs(points, points, boxes, radius, near))
+
+    def _edges_near_edges(self, positions: np.ndarray, radius: float, distances_by) -> Part:
+        near = distances_by(swept_search.find_edges_near_edges)
+        if self._among is not None:
+            return self._near_ones(self._among[1], radius, near)
+        a, b = (positions[end] for end in self._ends)
+        boxes = np.minimum(a, b), np.maximum(a, b)
+        low, high = (wp.array(corner, dtype=vec3, device=self._device) for corner in boxes)
+        return joined(near_pairs(low, high, boxes, radius, near, among=True))
+
+    def _near_ones(self, pairs: tuple[np.ndarray, np.ndarray], radius: float, distances_of) -> Part:
+        """Those of given pairs that are closer than `radius`."""
+        firsts, seconds = pairs
+        arrays = (wp.array(numbers, dtype=wp.int32, device=self._device) for numbers in pairs)
+        distances = distances_of(*arrays).numpy()
+        near = np.flatnonzero(distances <= radius)
+        return firsts[near], seconds[near], distances[near]
+
+
+def _pairs_in_islands(mesh: FeatureMesh) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """All pairs of a vertex and a triangle, and of two edges, of one island."""
+    of_triangles, of_edges = mesh.islands[mesh.triangles[:, 0]], mesh.islands[mesh.edges[:, 0]]
+    first, second = _equal_labels(of_edges, of_edges)
+    return _equal_labels(mesh.islands, of_triangles), (first[first > second], second[first > second])
+
+
+def _equal_labels(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers i, j (int32) of all pairs with one[i] == other[j]."""
+    count = max(one.max(), other.max()) + 1
+    rows, columns = (
+        csr_matrix((np.ones(len(labels), dtype=np.int32), (np.arange(len(labels)), labels)), shape=(len(labels), count))
+        for labels in (one, other)
+    )
+    pairs = (rows @ columns.T).tocoo()
+    return pairs.row.astype(np.int32), pairs.col.astype(np.int32)

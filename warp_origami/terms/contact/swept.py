@@ -20,13 +20,10 @@ import warp as wp
 
 from warp_origami.kernels import swept, swept_search
 from warp_origami.kernels.precision import real, vec3
-from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
-from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
-from ..shapes import tabulate
-from .features import build_features
+from .features import FeatureMesh
 from .near_features import FeatureSearch, NearFeatures
 
 TOUCHING_SHARE = 1e-10
@@ -74,8 +71,8 @@ class SweptTest:
     that moves farther is cut into parts for the search.
 
     Args:
-        mesh, coordinates: of q.
-        submesh: whose vertices, edges and triangles must not pass through each other.
+        mesh: flat sheet.
+        features: which must not pass through each other.
         device: of Warp.
         touching: m, distance at which features touch; None: TOUCHING_SHARE of the size of the sheet.
 
@@ -84,16 +81,12 @@ class SweptTest:
         cost: so far.
     """
 
-    def __init__(
-        self, mesh: Mesh, coordinates: Coordinates, submesh: Submesh, device: str, touching: float | None = None
-    ) -> None:
-        self._mesh, self._submesh, self._device = mesh, submesh, device
+    def __init__(self, mesh: Mesh, features: FeatureMesh, device: str, touching: float | None = None) -> None:
+        self._mesh, self._features, self._device = mesh, features, device
         self._touching = TOUCHING_SHARE * mesh.size if touching is None else touching
-        self._interpolation = tabulate(mesh, submesh.elements, submesh.areas).interpolation(coordinates)
-        self._features = build_features(mesh, submesh)
-        self._search = FeatureSearch(submesh, self._features, device)
+        self._search = FeatureSearch(features, device)
         self._radius = max(RADIUS_SHARE * self._search.typical_length, 8.0 * self._touching)
-        self._start, self._end = (Buffer(len(submesh.flat), vec3, device) for _ in range(2))
+        self._start, self._end = (Buffer(len(features.flat), vec3, device) for _ in range(2))
         self._near: NearFeatures | None = None
         self.cost = SweptCost(0, 0, 0)
         self.kernel_modules = (swept.advance_pairs.module.name, swept_search.find_edges_near_edges.module.name)
@@ -104,7 +97,7 @@ class SweptTest:
         Raises:
             ValueError: a state is not finite.
         """
-        start, end = self._interpolation @ q0, self._interpolation @ q1
+        start, end = (self._features.interpolation @ q for q in (q0, q1))
         if not (np.isfinite(start).all() and np.isfinite(end).all()):
             raise ValueError("a state with numbers that are not finite cannot be tested for passages")
         self._start.write(start)
@@ -161,16 +154,16 @@ class SweptTest:
         return float(times[first]), int(near.kinds[first]), int(near.firsts[first]), int(near.seconds[first])
 
     def _passage(self, t: float, kind: int, first: int, second: int, start: np.ndarray, end: np.ndarray) -> Passage:
-        sub, features = self._submesh, self._features
+        features = self._features
         if kind == 0:
-            a, b = np.array([first]), sub.triangles[second]
-            elements = (int(sub.elements[first]), int(sub.triangle_elements[second]))
+            a, b = np.array([first]), features.triangles[second]
+            elements = (int(features.elements[first]), int(features.triangle_elements[second]))
         else:
             a, b = features.edges[first], features.edges[second]
             elements = (int(features.edge_elements[first]), int(features.edge_elements[second]))
         x = start + t * (end - start)
         weights_a, weights_b = _meeting(x[a], x[b])
-        flat = tuple(tuple((w @ sub.flat[p]).tolist()) for w, p in ((weights_a, a), (weights_b, b)))
+        flat = tuple(tuple((w @ features.flat[p]).tolist()) for w, p in ((weights_a, a), (weights_b, b)))
         faces = (int(self._mesh.faces[elements[0]]), int(self._mesh.faces[elements[1]]))
         return Passage(KINDS[kind], t, elements, faces, flat)
 
