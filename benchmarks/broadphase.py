@@ -141,7 +141,7 @@ def measure_stack(m: int, thickness: float | None, divisions: int | None) -> dic
     row |= {f"search_{name}": phases[name] for name in PHASES}
     row["search"] = sum(row[name] for name in SEARCHES)
     row |= {f"{name}_pairs": count for name, count in pairs.items()}
-    row["narrow_phase"] = clock.median(lambda: surfaces._narrow.launch(0.0))[0]
+    row["narrow_phase"] = clock.median(lambda: surfaces._narrow.launch_reached(0.0, sharp=False))[0]
     row["rest_of_evaluation"] = clock.median(lambda: contact.gradient(q))[0] - row["narrow_phase"]
     row["sub_triangles"], row["slave_points"] = len(contact.submesh.triangles), surfaces._points.slave_count
     row["thin_pairs"] = len(surfaces._table.keys)

@@ -92,11 +92,12 @@ def find_facet_distances(
     pairs: FacetPairs,
     features: Features,
     positions: wp.array(dtype=vec3),
+    which: wp.array(dtype=wp.int32),
     # out
     distances: FacetDistances,
 ):
-    """Closest points of every pair."""
-    pair = wp.tid()
+    """Closest points of the pairs `which`."""
+    pair = which[wp.tid()]
     first = pairs.firsts[pair]
     second = pairs.seconds[pair]
     if pairs.kinds[pair] == VERTEX_TRIANGLE:

@@ -24,6 +24,13 @@ class Buffer:
         else:
             self._view[...] = values
 
+    def write_first(self, values: np.ndarray) -> None:
+        """Copies `values` to the first so many places on the device."""
+        if self._view is not None:
+            self._view[: len(values)] = values
+        elif len(values):
+            wp.copy(self.array, wp.array(values, dtype=self.array.dtype, device=self.array.device), count=len(values))
+
     def read(self) -> np.ndarray:
         """The values; on the CPU a view that the next launch overwrites."""
         return self.array.numpy() if self._view is None else self._view

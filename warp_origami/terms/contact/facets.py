@@ -27,6 +27,7 @@ from warp_origami.model.mesh import Mesh
 
 from ..buffers import Buffer
 from .active_pairs import ActivePairs
+from .distance_bounds import DistanceBounds
 from .features import FeatureMesh
 from .near_features import FeatureSearch, NearFeatures
 from .swept import relative_motion
@@ -80,16 +81,15 @@ class FacetContact:
         self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[features.elements, 0]]
         count = len(features.flat)
         self._positions = Buffer(count, vec3, device)
-        self._flat = wp.array(np.pad(features.flat, ((0, 0), (0, 1))), dtype=vec3, device=device)
-        self._start = wp.array(self._interpolation @ initial_q, dtype=vec3, device=device)
+        self._bounds = DistanceBounds(self._thickness)
+        self._flat, self._start = np.pad(features.flat, ((0, 0), (0, 1))), self._interpolation @ initial_q
         self._near: NearFeatures | None = None
         self.accept(np.array(initial_q))
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on features are kept on the side of each other where they are in q."""
-        self._accepted_q = np.array(q)
-        self._accepted = wp.array(self._interpolation @ q, dtype=vec3, device=self._device)
-        self._sides = np.zeros(0)
+        self._accepted_q, self._accepted_x = np.array(q), self._interpolation @ q
+        self._sides = None
         self._evaluate(q)
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -139,69 +139,94 @@ class FacetContact:
         self.accept(state["q"])
 
     def _evaluate(self, q: np.ndarray) -> None:
-        """Distances of all pairs within reach at q."""
+        """Distances of all pairs that can touch at q."""
         self._x = self._interpolation @ q
         self._active = np.zeros(0, dtype=int)
         moved = np.inf if self._near is None else relative_motion(self._near.positions, self._x)
         if self._reach + 2.0 * moved > self._radius:
             self._rebuild()
-            moved = 0.0
-        count = int(np.searchsorted(self._near.distances, self._reach + 2.0 * moved, side="right"))
-        if not count:
+        if not len(self._near.kinds):
             return
-        self._positions.write(self._x)
-        self._launch(count, self._positions.array)
-        if len(self._sides) < count:
-            self._sides = self._accepted_sides(count)
-            self._launch(count, self._positions.array)
-        self._touch(count)
+        if self._sides is None:
+            self._look_at_accepted_state()
+        since = self._bounds.change(self._accepted_x, self._x)
+        through = np.minimum(since - self._accepted_distances, self._reach)
+        which = self._bounds.within(self._x, np.maximum(self._ranges, through))
+        if which is None:
+            which = np.arange(len(self._near.kinds))
+            self._launch(which, self._x)
+            self._bounds.take(self._x, np.abs(self._state["distances"].read()))
+        else:
+            self._launch(which, self._x)
+        self._touch(which, through)
 
-    def _touch(self, count: int) -> None:
-        """What touches among the first pairs, in an order that does not depend on the search."""
+    def _touch(self, which: np.ndarray, through: np.ndarray) -> None:
+        """What touches among the pairs `which`, in an order that does not depend on the search.
+
+        `through` (pairs,), m: up to which distance a pair may be on the wrong side, having moved as little as it has.
+        """
         state = self._state
-        distances = state["distances"].read()[:count]
-        close = np.flatnonzero((np.abs(distances) < self._reach) & (self._ranges[:count] > self._touching))
-        sided = state["facing"].read()[close] & (self._sides[close] != 0.0)
+        distances = state["distances"].read()[which]
+        limits = np.maximum(self._ranges, through)[which]
+        close = (np.abs(distances) < limits) & (self._ranges[which] > self._touching)
+        at, distances = which[close], distances[close]
+        sided = state["facing"].read()[at] & (self._sides[at] != 0.0)
         # where the side is not known, the one that the pair is on
-        sides = np.where(sided, self._sides[close], np.where(distances[close] < 0.0, -1.0, 1.0))
-        gaps = sides * distances[close]
-        touching = gaps < self._ranges[close]
-        at = close[touching]
+        sides = np.where(sided, self._sides[at], np.where(distances < 0.0, -1.0, 1.0))
+        gaps = sides * distances
+        touching = gaps < self._ranges[at]
+        at = at[touching]
         order = np.lexsort((self._near.seconds[at], self._near.firsts[at], self._near.kinds[at]))
         self._active = at[order]
         self._gaps = gaps[touching][order]
         self._directions = sides[touching][order][:, None] * state["normals"].read()[self._active]
         self._weights = state["weights"].read()[self._active].copy()
 
-    def _accepted_sides(self, count: int) -> np.ndarray:
-        """+1 or -1 for pairs whose distance has a sign in the accepted state, else 0."""
-        self._launch(count, self._accepted)
-        distances = self._state["distances"].read()[:count]
-        known = self._state["facing"].read()[:count] & (np.abs(distances) > self._touching)
-        return np.where(known, np.sign(distances), 0.0)
+    def _look_at_accepted_state(self) -> None:
+        """Distances of all pairs in the accepted state, and +1 or -1 where they have a sign there, else 0."""
+        self._launch(np.arange(len(self._near.kinds)), self._accepted_x)
+        distances = self._state["distances"].read()
+        self._accepted_distances = np.abs(distances)
+        known = self._state["facing"].read() & (self._accepted_distances > self._touching)
+        self._sides = np.where(known, np.sign(distances), 0.0)
+        self._bounds.take(self._accepted_x, self._accepted_distances)
 
-    def _launch(self, count: int, positions: wp.array) -> None:
-        inputs = [self._pairs, self._search.features, positions]
-        wp.launch(facet_pairs.find_facet_distances, dim=count, inputs=inputs, outputs=[self._out], device=self._device)
+    def _launch(self, which: np.ndarray, positions: np.ndarray) -> None:
+        """Evaluates the pairs `which` where the points are at `positions`."""
+        if not len(which):
+            return
+        self._positions.write(positions)
+        self._which.write_first(which)
+        self._command.set_dim(len(which))
+        self._command.launch()
 
     def _rebuild(self) -> None:
         """Searches all pairs that can touch before the sheet has moved by half of the radius."""
         near = self._near = self._search.within(self._x, self._radius)
         count = len(near.kinds)
-        self._sides = np.zeros(0)
-        self._pairs = facet_pairs.FacetPairs()
-        self._pairs.kinds, self._pairs.firsts, self._pairs.seconds = near.arrays
-        self._out = facet_pairs.FacetDistances()
+        self._sides = None
+        pairs, out = facet_pairs.FacetPairs(), facet_pairs.FacetDistances()
+        pairs.kinds, pairs.firsts, pairs.seconds = near.arrays
         kinds = {"weights": vec4, "distances": real, "normals": vec3, "facing": wp.bool}
         self._state = {name: Buffer(count, kind, self._device) for name, kind in kinds.items()}
         for name, buffer in self._state.items():
-            setattr(self._out, name, buffer.array)
+            setattr(out, name, buffer.array)
+        self._which = Buffer(count, wp.int32, self._device)
+        inputs = [pairs, self._search.features, self._positions.array, self._which.array]
+        self._command = wp.launch(
+            facet_pairs.find_facet_distances,
+            dim=count,
+            inputs=inputs,
+            outputs=[out],
+            device=self._device,
+            record_cmd=True,
+        )
         self._ranges = np.full(count, RANGE_SHARE * self._thickness)
         if not count:
             return
         sheets = self._sheets[self._corners(np.arange(count))[:, [0, 3]]]
         for positions, share in ((self._flat, CREASE_RATIO), (self._start, 1.0)):
-            self._launch(count, positions)
+            self._launch(np.arange(count), positions)
             limits = RANGE_SHARE * share * np.abs(self._state["distances"].read())
             if positions is self._flat:
                 limits[sheets[:, 0] != sheets[:, 1]] = np.inf
