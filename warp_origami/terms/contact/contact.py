@@ -112,6 +112,7 @@ class Contact:
         parts = [*self._terms.values(), *self._swept]
         self.kernel_modules = tuple(module for part in parts for module in part.kernel_modules)
         self.coincident_layers = self._surfaces.coincident_layers
+        self._last: tuple[np.ndarray, float, np.ndarray] | None = None
 
     @property
     def reach(self) -> float:
@@ -127,6 +128,7 @@ class Contact:
         """
         if not self._swept:
             return None
+        self._last = None
         passages = (test.first_passage(before, after) for test in self._swept)
         return next((found for found in passages if found is not None), None) or self._gone_through(after)
 
@@ -144,13 +146,18 @@ class Contact:
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on all stay on the sides of each other where they are in q."""
+        self._last = None
         for term in self._terms.values():
             term.accept(q)
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
-        parts = [term.gradient(q) for term in self._terms.values()]
-        return sum(energy for energy, _ in parts), sum(gradient for _, gradient in parts)
+        # a search along a line ends where Newton goes on
+        if self._last is None or not np.array_equal(self._last[0], q):
+            parts = [term.gradient(q) for term in self._terms.values()]
+            self._last = np.array(q), sum(energy for energy, _ in parts), sum(gradient for _, gradient in parts)
+        _, energy, gradient = self._last
+        return energy, gradient.copy()
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, csr_matrix, np.ndarray]:
         """Energy, gradient, G (active, 3 n) and weights (active,): the main part (38), (45) is G^T diag(weights) G.
@@ -189,6 +196,7 @@ class Contact:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
+        self._last = None
         for name, term in self._terms.items():
             prefix = f"{name}."
             term.restore({key.removeprefix(prefix): v for key, v in state.items() if key.startswith(prefix)})

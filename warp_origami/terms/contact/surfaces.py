@@ -302,9 +302,9 @@ class SurfaceContact:
         state = self._narrow
         if state is None:
             return
-        which = None
+        which, limits = None, np.maximum(state.thickness, self._through())
         if not sharp:
-            which = self._bounds.within(self._positions, np.maximum(state.thickness, self._through()))
+            which = self._bounds.within(self._positions, limits)
         if which is None:
             self._launch_sharply()
         else:
@@ -315,7 +315,9 @@ class SurfaceContact:
             reached = state.reached
             self._look_up_sides(state.sorted_by_key(unknown), q)
             state.launch(reached, which is None)
-        self._find_active()
+        at = state.reached[state.gaps.read()[state.reached] < 0.0]
+        gaps, distances = state.gaps.read()[at], np.abs(state.distances.read()[at])
+        self._active = state.sorted_by_key(at[(gaps >= -state.thickness[at]) | (distances < limits[at])])
 
     def _place(self, q: np.ndarray) -> None:
         """Brings the surface and its points to `q`."""
@@ -342,15 +344,6 @@ class SurfaceContact:
         """
         since = self._bounds.change(self._accepted_positions, self._positions)
         return np.minimum(since - self._pair_distances + self._touching, self._reach)
-
-    def _find_active(self) -> None:
-        """Pairs with a force, of those that were evaluated."""
-        state = self._narrow
-        at = state.reached[state.gaps.read()[state.reached] < 0.0]
-        gaps, distances = state.gaps.read()[at], np.abs(state.distances.read()[at])
-        right = gaps >= -state.thickness[at]
-        at = at[right | (distances < np.maximum(state.thickness, self._through())[at])]
-        self._active = state.sorted_by_key(at)
 
     def _rebuild(self) -> None:
         """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
