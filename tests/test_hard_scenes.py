@@ -130,6 +130,21 @@ def test_nothing_passes_with_random_velocities(name, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [17, 43])
+def test_ends_of_creases_do_not_close_beyond_flat(seed):
+    """Crumpled sheets that are through themselves at an end of a crease on the rim, unless cones hold it open."""
+    scene = with_random_velocities(load_scene("hard/crumpling"), 0.7, seed)
+    assert_nothing_passes(scene, *watch(scene))
+
+
+@pytest.mark.slow
+def test_miura_sheet_does_not_cross_with_the_penalty():
+    """Without exact contact, so that layers sink in at inner vertices."""
+    scene = load_scene("hard/miura", ["contact.exact=false"])
+    assert_nothing_passes(scene, *watch(scene))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_crosses_without_contact(name):
     """So contact is what keeps it apart."""
