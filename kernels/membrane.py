@@ -10,6 +10,11 @@ of the quadrature points and (W, S, C) the law:
 
 so that a pair of shape functions costs 18 multiplications a point. The nine shape functions make 45 pairs i <= j, kept
 as 3x3 blocks in the order (0,0), (0,1) .. (0,8), (1,1) ..; K_ji = K_ij'.
+
+Newton's mixed iteration has strains of its own at the quadrature points, e, with S(e) + C(e) (E - e) for S and C(e) for
+C; a step d of q takes them a part l of the way to the linearized strain,
+
+    e <- (1 - l) e + l (E + B d),   B d = (r_x.d_x, r_y.d_y, r_x.d_y + r_y.d_x).
 """
 
 from dataclasses import dataclass
@@ -132,12 +137,15 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
         shapes: wp.array3d(dtype=vec2),
         volumes: wp.array2d(dtype=real),
         parameters: Parameters,
+        strains: wp.array2d(dtype=vec3),
+        mixed: wp.bool,
+        geometric: wp.bool,
         # out
         energy: wp.array(dtype=real),
         gradient: wp.array2d(dtype=vec3),
         blocks: wp.array2d(dtype=mat33),
     ):
-        """Energy, its gradient and its tangent, one thread per element."""
+        """Energy, its gradient and its tangent, one thread per element; `mixed`: with the law at `strains`."""
         e = wp.tid()
         nodes = element_nodes(q, elements, e)
         for k in range(PAIRS):
@@ -146,11 +154,18 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
         total = real(0.0)
         for p in range(volumes.shape[1]):
             r = surface_gradient(shapes, e, p, nodes)
-            density, s, c = law_tangent(parameters, green_strain(r))
+            strain = green_strain(r)
+            at = strain
+            if mixed:
+                at = strains[e, p]
+            density, s, c = law_tangent(parameters, at)
+            s += c * (strain - at)
             w = volumes[e, p]
             total += w * density
             tx = w * (s[0] * r.x + s[2] * r.y)
             ty = w * (s[2] * r.x + s[1] * r.y)
+            if not geometric:
+                s = vec3()
             stiffness = point_stiffness(r, s, c, w)
             k = wp.int32(0)
             for i in range(NODES):
@@ -167,6 +182,27 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
         energy[e] = total
 
     return membrane_tangent
+
+
+@wp.kernel(enable_backward=False)
+def advance_strains(
+    q: wp.array(dtype=vec3),
+    step: wp.array(dtype=vec3),
+    elements: wp.array2d(dtype=wp.int32),
+    shapes: wp.array3d(dtype=vec2),
+    length: real,
+    # out
+    strains: wp.array2d(dtype=vec3),
+):
+    """Takes the strains at the quadrature points a part of the way to those linearized at q along the step."""
+    e = wp.tid()
+    nodes = element_nodes(q, elements, e)
+    steps = element_nodes(step, elements, e)
+    for p in range(strains.shape[1]):
+        r = surface_gradient(shapes, e, p, nodes)
+        d = surface_gradient(shapes, e, p, steps)
+        linear = vec3(wp.dot(r.x, d.x), wp.dot(r.y, d.y), wp.dot(r.x, d.y) + wp.dot(r.y, d.x))
+        strains[e, p] = (real(1.0) - length) * strains[e, p] + length * (green_strain(r) + linear)
 
 
 def _sample_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:

@@ -144,10 +144,13 @@ class System:
             contact_energy, contact_gradient = self.contact.gradient(q)
         return Evaluation(energy, contact_energy, gradient + contact_gradient)
 
-    def linearize(self, q: np.ndarray, external: ExternalForce | None = None) -> Linearization:
-        """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given."""
+    def linearize(
+        self, q: np.ndarray, external: ExternalForce | None = None, mixed: bool = False, geometric: bool = True
+    ) -> Linearization:
+        """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given;
+        `mixed` and `geometric` as in Membrane.linearize."""
         with self.clock.phase("assembly"):
-            _, gradient = self.membrane.linearize(q)
+            _, gradient = self.membrane.linearize(q, mixed, geometric)
             blocks, skew = self.membrane.blocks, None
             if external is not None and external.pressures:
                 external.add_stiffness(q, blocks)
@@ -157,6 +160,11 @@ class System:
         with self.clock.phase("contact"):
             _, contact_gradient, rows, weights = self.contact.tangent(q)
         return Linearization(gradient + contact_gradient, blocks, rows, weights, skew)
+
+    def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
+        """As in Membrane."""
+        with self.clock.phase("assembly"):
+            self.membrane.advance_strains(q, step, length)
 
     def friction_at(self, q: np.ndarray) -> Friction | None:
         """Friction of what touches at q (n, 3), which must be what was last evaluated; None for a scene without."""

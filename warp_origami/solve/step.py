@@ -12,6 +12,7 @@ from warp_origami.terms.sparsity import ReducedSparsity
 from .constraint_form import make_constraint_form
 from .energy import EnergyBalance, Forces
 from .generalized_alpha import GeneralizedAlpha, Kinematics
+from .mixed_newton import minimize_mixed
 from .newton import NewtonResult, minimize
 from .result import Failure
 from .step_potential import StepPotential
@@ -168,7 +169,7 @@ class Stepper:
         if self.system.friction is not None:
             self.system.evaluate(before.q)
             potential.friction = self.system.friction_at(before.q)
-        newton = minimize(potential, self._predictor(potential.form), tolerance)
+        newton = minimize_mixed(potential, self._predictor(potential.form), before.q.ravel(), tolerance)
         if self.system.friction is None:
             return newton
         for _ in range(FRICTION_PASSES):

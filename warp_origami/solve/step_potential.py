@@ -36,6 +36,7 @@ class StepPotential:
         damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
         friction: with what it holds; None without.
+        touching: whether anything pressed in the state last looked at.
     """
 
     system: System
@@ -45,23 +46,52 @@ class StepPotential:
     damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
     friction: Friction | None = None
+    touching: bool = False
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
-        return self._balance(q, self.system.evaluate(q.reshape(-1, 3)).gradient)
+        evaluation = self.system.evaluate(q.reshape(-1, 3))
+        self.touching = evaluation.contact_energy > 0.0
+        return self._balance(q, evaluation.gradient)
 
     def linearize(self, q: np.ndarray):
-        x = q.reshape(-1, 3)
-        linearization = self.system.linearize(x, self.external)
-        if self.friction is not None:
-            linearization = self._with_friction(linearization, x)
-        material = self.system.scene.material
-        inertia = self.form.b + material.mass_damping * self.form.g
-        damping = material.stiffness_damping * self.form.g
+        linearization = self._linearization(q)
         for shift in SHIFTS:
-            self.factor = self.constraint_form.factorize(linearization, (1.0 + shift) * inertia, damping)
-            if self.factor is not None:
+            if self._factorize(linearization, shift):
                 return self._balance(q, linearization.gradient), self.factor.direction
         return Failure("the Newton matrix is not positive definite", "smaller steps, or more mass_damping")
+
+    def take_strains(self, q: np.ndarray) -> None:
+        """The strains of the mixed iteration are those of q from now on."""
+        self.system.advance_strains(q.reshape(-1, 3), np.zeros((len(q) // 3, 3)), 1.0)
+
+    def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
+        """Takes the strains of the mixed iteration a part of the way to those linearized at q along a step."""
+        self.system.advance_strains(q.reshape(-1, 3), step.reshape(-1, 3), length)
+
+    def linearize_mixed(self, q: np.ndarray):
+        """Like linearize with the law at the strains of the iteration; None where there is no factor.
+
+        Strains of its own may press where those of q do not: then the tangent does without its geometric part.
+        """
+        for geometric in (True, False):
+            linearization = self._linearization(q, mixed=True, geometric=geometric)
+            if self._factorize(linearization, 0.0):
+                return self._balance(q, linearization.gradient), self.factor.direction
+        return None
+
+    def _linearization(self, q: np.ndarray, **options: bool) -> Linearization:
+        x = q.reshape(-1, 3)
+        linearization = self.system.linearize(x, self.external, **options)
+        self.touching = linearization.contact_rows is not None and linearization.contact_rows.shape[0] > 0
+        return linearization if self.friction is None else self._with_friction(linearization, x)
+
+    def _factorize(self, linearization: Linearization, shift: float) -> bool:
+        """Whether there is a factor of the tangent with `shift` more inertia; it is kept."""
+        material = self.system.scene.material
+        inertia = (1.0 + shift) * (self.form.b + material.mass_damping * self.form.g)
+        damping = material.stiffness_damping * self.form.g
+        self.factor = self.constraint_form.factorize(linearization, inertia, damping)
+        return self.factor is not None
 
     def renew_friction(self, q: np.ndarray) -> np.ndarray:
         """Takes normal forces and places of contact anew at q; returns how that moves the minimum, to first order."""

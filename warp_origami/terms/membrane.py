@@ -9,7 +9,7 @@ import warp as wp
 from warp_origami.errors import InputError
 from warp_origami.kernels import linear, srm
 from warp_origami.kernels.gather import gather_vectors
-from warp_origami.kernels.membrane import NODES, PAIRS, membrane_kernels
+from warp_origami.kernels.membrane import NODES, PAIRS, advance_strains, membrane_kernels
 from warp_origami.kernels.precision import mat33, real, vec2, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
@@ -82,7 +82,7 @@ class Membrane:
         self._law, self._material = law, material
         self._parameters = self._parameters_of(material.s1, material.s2)
         self.name = f"membrane ({law.NAME})"
-        self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
+        self.kernel_modules = (self._kernels.module, advance_strains.module.name, gather_vectors.module.name)
 
         count = len(mesh.triangles)
         areas, weights = rule(degree)
@@ -102,7 +102,13 @@ class Membrane:
         self.blocks = self._blocks.array
         outputs = [self._energy.array, element_gradient]
         self._launch_gradient = self._record(self._kernels.gradient, count, inputs, outputs)
-        self._launch_tangent = self._record(self._kernels.tangent, count, inputs, [*outputs, self.blocks])
+        self._strains = wp.zeros((count, len(areas)), dtype=vec3, device=device)
+        self._launch_tangent = self._record(
+            self._kernels.tangent, count, [*inputs, self._strains, False, True], [*outputs, self.blocks]
+        )
+        self._step = Buffer(coordinates.count, vec3, device)
+        along = [self._q.array, self._step.array, self._elements, shapes, real(1.0)]
+        self._launch_strains = self._record(advance_strains, count, along, [self._strains])
 
         indptr, index = _rows_of(coordinates.elements, coordinates.count)
         self._launch_gather = self._record(
@@ -122,11 +128,26 @@ class Membrane:
         self._launch_gradient.launch()
         return self._sums()
 
-    def linearize(self, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """Like `gradient`, and leaves the element tangents in `blocks` on the device."""
+    def linearize(self, q: np.ndarray, mixed: bool = False, geometric: bool = True) -> tuple[float, np.ndarray]:
+        """Like `gradient`, and leaves the element tangents in `blocks` on the device.
+
+        Args:
+            mixed: the law is that at the strains of `advance_strains`, continued linearly to those of q.
+            geometric: the tangents have their geometric part.
+        """
         self._q.write(q)
+        self._launch_tangent.set_param_by_name("mixed", mixed)
+        self._launch_tangent.set_param_by_name("geometric", geometric)
         self._launch_tangent.launch()
         return self._sums()
+
+    def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
+        """Takes the strains of the mixed iteration a part `length` of the way to those linearized at q (n, 3) along
+        `step` (n, 3); with a step of zero and a length of one, to those of q."""
+        self._q.write(q)
+        self._step.write(step)
+        self._launch_strains.set_param_by_name("length", real(length))
+        self._launch_strains.launch()
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Strain energy (J), its gradient (n, 3) and the element tangents (ne, 45, 3, 3) of the pairs i <= j.
