@@ -184,25 +184,28 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
     return membrane_tangent
 
 
-@wp.kernel(enable_backward=False)
-def advance_strains(
-    q: wp.array(dtype=vec3),
-    step: wp.array(dtype=vec3),
-    elements: wp.array2d(dtype=wp.int32),
-    shapes: wp.array3d(dtype=vec2),
-    length: real,
-    # out
-    strains: wp.array2d(dtype=vec3),
-):
-    """Takes the strains at the quadrature points a part of the way to those linearized at q along the step."""
-    e = wp.tid()
-    nodes = element_nodes(q, elements, e)
-    steps = element_nodes(step, elements, e)
-    for p in range(strains.shape[1]):
-        r = surface_gradient(shapes, e, p, nodes)
-        d = surface_gradient(shapes, e, p, steps)
-        linear = vec3(wp.dot(r.x, d.x), wp.dot(r.y, d.y), wp.dot(r.x, d.y) + wp.dot(r.y, d.x))
-        strains[e, p] = (real(1.0) - length) * strains[e, p] + length * (green_strain(r) + linear)
+def _strains_kernel(module: wp.Module) -> wp.Kernel:
+    @wp.kernel(enable_backward=False, module=module)
+    def advance_strains(
+        q: wp.array(dtype=vec3),
+        step: wp.array(dtype=vec3),
+        elements: wp.array2d(dtype=wp.int32),
+        shapes: wp.array3d(dtype=vec2),
+        length: real,
+        # out
+        strains: wp.array2d(dtype=vec3),
+    ):
+        """Takes the strains at the quadrature points a part of the way to those linearized at q along the step."""
+        e = wp.tid()
+        nodes = element_nodes(q, elements, e)
+        steps = element_nodes(step, elements, e)
+        for p in range(strains.shape[1]):
+            r = surface_gradient(shapes, e, p, nodes)
+            d = surface_gradient(shapes, e, p, steps)
+            linear = vec3(wp.dot(r.x, d.x), wp.dot(r.y, d.y), wp.dot(r.x, d.y) + wp.dot(r.y, d.x))
+            strains[e, p] = (real(1.0) - length) * strains[e, p] + length * (green_strain(r) + linear)
+
+    return advance_strains
 
 
 def _sample_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
@@ -246,6 +249,7 @@ class MembraneKernels:
     module: str
     gradient: wp.Kernel
     tangent: wp.Kernel
+    strains: wp.Kernel
     sample: wp.Kernel
 
 
@@ -258,5 +262,9 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
     module = wp.get_module(f"{__name__}_{law.NAME}")
     module.options["max_unroll"] = 0  # unrolled by Warp the nine-by-nine loops compile four times as long
     return MembraneKernels(
-        module.name, _gradient_kernel(law, module), _tangent_kernel(law, module), _sample_kernel(law, module)
+        module.name,
+        _gradient_kernel(law, module),
+        _tangent_kernel(law, module),
+        _strains_kernel(module),
+        _sample_kernel(law, module),
     )

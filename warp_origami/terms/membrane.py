@@ -9,7 +9,7 @@ import warp as wp
 from warp_origami.errors import InputError
 from warp_origami.kernels import linear, srm
 from warp_origami.kernels.gather import gather_vectors
-from warp_origami.kernels.membrane import NODES, PAIRS, advance_strains, membrane_kernels
+from warp_origami.kernels.membrane import NODES, PAIRS, membrane_kernels
 from warp_origami.kernels.precision import mat33, real, vec2, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
@@ -82,7 +82,7 @@ class Membrane:
         self._law, self._material = law, material
         self._parameters = self._parameters_of(material.s1, material.s2)
         self.name = f"membrane ({law.NAME})"
-        self.kernel_modules = (self._kernels.module, advance_strains.module.name, gather_vectors.module.name)
+        self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
 
         count = len(mesh.triangles)
         areas, weights = rule(degree)
@@ -108,7 +108,7 @@ class Membrane:
         )
         self._step = Buffer(coordinates.count, vec3, device)
         along = [self._q.array, self._step.array, self._elements, shapes, real(1.0)]
-        self._launch_strains = self._record(advance_strains, count, along, [self._strains])
+        self._launch_strains = self._record(self._kernels.strains, count, along, [self._strains])
 
         indptr, index = _rows_of(coordinates.elements, coordinates.count)
         self._launch_gather = self._record(
