@@ -87,7 +87,7 @@ def test_eliminated_and_multiplier_runs_agree_on_a_smooth_motion():
 
 @pytest.mark.parametrize("name", ["single_fold", "leaf_in"])
 def test_eliminated_and_multiplier_runs_agree_on_folded_sheets(name):
-    scene = wo.load_scene(name, ["integrator.step=2e-3", "integrator.tolerance=1e-7"])
+    scene = wo.load_scene(name, ["integrator.step=2e-3", "integrator.tolerance=1e-8"])
     position, force, size = compare_forms(scene, 0.1)
     print(f"{name}: difference {position:.2e} m, reactions {force:.2e} of {size:.2e} N")
     assert position < 1e-8
@@ -216,11 +216,11 @@ def test_a_run_ends_exactly_where_it_is_asked_to():
         assert run(scene, until=until).history["time"][-1] == pytest.approx(until, rel=1e-12)
 
 
-HOPELESS = ["integrator.step=0.1", "material.mass_damping=0", "pattern.opening=0.5"]
+HOPELESS = ["integrator.step=0.1", "integrator.tolerance=1e-13"]
 
 
 def test_a_run_that_cannot_go_on_ends_with_what_there_is_and_advice(tmp_path, monkeypatch):
-    """Steps of a quarter of the motion: Newton gives up, the files stay readable, exit code 3."""
+    """Newton is to come closer than round-off lets it, and gives up: the files stay readable, exit code 3."""
     monkeypatch.chdir(tmp_path)
     arguments = [word for value in HOPELESS for word in ("--set", value)]
     ended = CliRunner().invoke(main, ["run", "single_fold", "--quiet", "--out", "out", *arguments])

@@ -5,8 +5,8 @@
 
 A step d of q adds 1/2 |grad d|^2 to every strain: 1 mm makes a false strain of 2e-5, a hundred times that of a membrane
 at work, and the plain iteration sees a false, taut sheet. The strains e do without it, and converge to E(q): where the
-step vanishes, e = E(q) and the law is that of q. The last step is taken with the gradient of Phi itself, so that what
-the iteration ends in does not depend on the way there. It begins from the strains at the begin of the step in time.
+step vanishes, e = E(q) and the law is that of q. The last step is one of the plain iteration, so that what it ends in
+does not depend on the way there. It begins from the strains at the begin of the step in time.
 
 Full steps are taken where nothing touches, unless the slope of Phi rises to nearly what it fell by; contact, whose
 overshoot is not of this kind, is left to the line search, and to a plain iteration where Phi rises along the step.
@@ -65,9 +65,6 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
             break
         if size < tolerance:
             q = q + step
-            rest = direction(potential.gradient(q))
-            if potential.size(rest) < tolerance:
-                return NewtonResult(q + rest, iterations)
             break
         length = _length(potential, q, step, float(gradient @ step))
         if length is not None:
