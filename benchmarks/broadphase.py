@@ -123,7 +123,7 @@ def measure_stack(m: int, thickness: float | None, divisions: int | None) -> dic
     setup = time.process_time() - start
     row = {"elements": len(mesh.triangles), "setup": setup, "memory_MB": memory() - before}
     row["peak_memory_MB"] = max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6 - before, 0.0)
-    surfaces, edges, facets = contact._surfaces, contact._edges, contact._facets["facets"]
+    surfaces, edges, facets = contact._surfaces, contact._edges, contact._terms["facets"]
     radius, features, nodes = surfaces._reach + surfaces._margin, facets._search, facets._x
     if divisions is not None:  # facets have their own
         features = FeatureSearch(submesh_features(mesh, coordinates, contact.submesh), "cpu")
@@ -141,7 +141,7 @@ def measure_stack(m: int, thickness: float | None, divisions: int | None) -> dic
     row |= {f"search_{name}": phases[name] for name in PHASES}
     row["search"] = sum(row[name] for name in SEARCHES)
     row |= {f"{name}_pairs": count for name, count in pairs.items()}
-    row["narrow_phase"] = clock.median(lambda: surfaces._narrow.launch_reached(0.0, sharp=False))[0]
+    row["narrow_phase"] = clock.median(lambda: surfaces._narrow.launch(0.0))[0]
     row["rest_of_evaluation"] = clock.median(lambda: contact.gradient(q))[0] - row["narrow_phase"]
     row["sub_triangles"], row["slave_points"] = len(contact.submesh.triangles), surfaces._points.slave_count
     row["thin_pairs"] = len(surfaces._table.keys)

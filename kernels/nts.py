@@ -13,13 +13,12 @@ from .precision import real, vec3
 def nts_contacts(
     positions: wp.array(dtype=vec3),
     reach: real,
+    first: int,
     masters: Masters,
     pairs: Pairs,
-    which: wp.array(dtype=wp.int32),
-    sharp: wp.bool,
     # out
     contacts: Contacts,
 ):
-    """Gaps of nodes, one thread for each of the pairs `which`."""
-    pair = which[wp.tid()]
-    write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, sharp, contacts)
+    """Gaps of nodes, one thread per pair."""
+    pair = first + wp.tid()
+    write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, contacts)

@@ -276,11 +276,10 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def write_contact(pair: int, x: vec3, reach: real, masters: Masters, pairs: Pairs, sharp: wp.bool, contacts: Contacts):
+def write_contact(pair: int, x: vec3, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
     """Gap and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
 
-    Where the sub-triangles alone say that there is no force, what they say of the distance is kept, unless it is to be
-    `sharp`.
+    Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
     """
     start = pairs.starts[pair]
     end = pairs.ends[pair]
@@ -291,13 +290,10 @@ def write_contact(pair: int, x: vec3, reach: real, masters: Masters, pairs: Pair
         return
     side = pairs.sides[pair]
     gap = side_of(p, side) * p.distance - pairs.thickness[pair]
-    near = sharp or gap <= masters.errors[p.element] or side == UNKNOWN
-    least = pairs.thickness[pair]
-    if sharp:
-        least = FAR
+    near = gap <= masters.errors[p.element] or side == UNKNOWN
     if near and wp.abs(p.distance) <= masters.zone:
         facet = p
-        p = cubic_point(masters, pairs.candidates, start, end, x, facet, least)
+        p = cubic_point(masters, pairs.candidates, start, end, x, facet, pairs.thickness[pair])
         if side_of(p, side) * p.distance < -pairs.thickness[pair]:  # far on the wrong side
             p = cubic_point(masters, pairs.candidates, start, end, x, facet, FAR)
     direction = side_of(p, side)

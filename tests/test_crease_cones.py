@@ -41,6 +41,16 @@ class Fold:
             q[row] = [np.sin(0.5 * opening), 0.0, np.sign(q[row, 2]) * np.cos(0.5 * opening)]
         return q
 
+    def folded_to(self, opening):
+        """The sheet with another opening all along the crease."""
+        q = self.q.copy()
+        for row in self.coordinates.sector_gradients:
+            q[row] = [np.sin(0.5 * opening), 0.0, np.sign(q[row, 2]) * np.cos(0.5 * opening)]
+        at = self.coordinates.positions
+        q[at, 0] = self.mesh.vertices[:, 0] * np.sin(0.5 * opening)
+        q[at, 2] = -np.minimum(self.mesh.vertices[:, 0], 0.2 - self.mesh.vertices[:, 0]) * np.cos(0.5 * opening)
+        return q
+
     def crosses(self, q, divisions):
         submesh = build_submesh(self.mesh, divisions)
         points = tabulate(self.mesh, submesh.elements, submesh.areas).interpolation(self.coordinates) @ q
@@ -150,7 +160,7 @@ def test_force_begins_at_a_quarter_of_the_crease_rule(fold):
 
 @pytest.mark.parametrize("opening", [0.7, 0.2, -1.0])
 def test_force_opens_the_fold_and_is_the_gradient_of_its_energy(fold, opening):
-    """Also where an iterate is through; cones hold angles, so that nothing pulls at positions."""
+    """Also where an iterate is through; cones at vertices hold angles, so that nothing pulls at positions."""
     contact = fold.contact(fold.q)
     q = fold.with_end(opening * RANGE_SHARE * CREASE_RATIO)
     rng = np.random.default_rng(2)
@@ -166,6 +176,30 @@ def test_force_opens_the_fold_and_is_the_gradient_of_its_energy(fold, opening):
         opening * RANGE_SHARE * CREASE_RATIO
     )
     assert np.sum(gradient * opened) < 0.0
+
+
+def test_force_along_the_whole_crease_is_the_gradient_of_its_energy(fold):
+    """Cones inside an edge hold it by what lies around them: forces on positions, which sum to zero."""
+    contact = fold.contact(fold.q)
+    rng = np.random.default_rng(3)
+    q = fold.folded_to(0.3 * RANGE_SHARE * CREASE_RATIO)
+    q += 1e-6 * rng.normal(size=q.shape)
+    _, gradient = contact.gradient(q)
+    direction = 1e-9 * rng.normal(size=q.shape)
+    change = 0.5 * (contact.gradient(q + direction)[0] - contact.gradient(q - direction)[0])
+    assert np.sum(gradient * direction) == pytest.approx(change, rel=1e-5)
+    on_positions, scale = gradient[fold.coordinates.positions], np.abs(gradient).max()
+    assert np.abs(on_positions).max() > 1e-3 * scale
+    np.testing.assert_allclose(on_positions.sum(axis=0), 0.0, atol=1e-12 * scale)
+    np.testing.assert_allclose(np.cross(q, gradient).sum(axis=0), 0.0, atol=1e-12 * np.abs(gradient).sum())
+
+
+def test_cones_are_no_places_that_touch(fold):
+    """They count in the tangent, and not in friction, pressure and numbers of pairs."""
+    contact = Contact(fold.mesh, fold.coordinates, settings("mixed"), fold.q)
+    q = fold.with_end(0.3 * RANGE_SHARE * CREASE_RATIO)
+    _, _, rows, _ = contact.tangent(q)
+    assert rows.shape[0] > len(contact.active_pairs().forces) == len(contact.flat_points())
 
 
 def test_a_flat_sheet_with_creases_has_no_force(star):

@@ -15,6 +15,8 @@ Source: D. Magisano, L. Leonetti, G. Garcea, Comput. Methods Appl. Mech. Engrg. 
 points, there for shells); here for a law with kinks.
 """
 
+from typing import Protocol
+
 import numpy as np
 
 from .newton import Direction, NewtonResult, Potential, line_search, minimize
@@ -30,7 +32,7 @@ LARGEST_RISE = 0.9
 """Slope at the end of a good step over that at its begin, at most."""
 
 
-class MixedPotential(Potential):
+class MixedPotential(Potential, Protocol):
     """A potential with strains of their own.
 
     Attributes:
@@ -93,7 +95,7 @@ def _length(potential: MixedPotential, q: np.ndarray, step: np.ndarray, slope: f
         touching = potential.touching
         if rise <= LARGEST_RISE * abs(slope):
             return length
-    if not touching:
+    if not touching and np.isfinite(rise):
         return LENGTHS[-1]
     slope = float(potential.gradient(q) @ step)
     return line_search(potential, q, step, slope) if slope < 0.0 else None

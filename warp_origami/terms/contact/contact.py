@@ -85,7 +85,7 @@ class Contact:
         self._surfaces = SurfaceContact(
             mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
         )
-        self._edges, self._facets, features = None, {}, {}
+        self._edges, features, terms = None, {}, {"surfaces": self._surfaces}
         if guarded or settings.method == "mixed":
             drawn = drawn_divisions(len(mesh.triangles))
             features["facets"] = submesh_features(mesh, coordinates, build_submesh(mesh, drawn))
@@ -103,12 +103,11 @@ class Contact:
                 device,
                 contact_law(settings.method, settings.exact, settings.thickness),
             )
-            self._facets = {
+            terms |= {"edges": self._edges} | {
                 name: FacetContact(mesh, kind, settings.thickness, settings.nts_stiffness, initial_q, device)
                 for name, kind in features.items()
             }
-        terms = {"surfaces": self._surfaces, "edges": self._edges, **self._facets}
-        self._terms = {name: term for name, term in terms.items() if term is not None}
+        self._terms = terms
         parts = [*self._terms.values(), *self._swept]
         self.kernel_modules = tuple(module for part in parts for module in part.kernel_modules)
         self.coincident_layers = self._surfaces.coincident_layers
@@ -129,11 +128,12 @@ class Contact:
         if not self._swept:
             return None
         self._last = None
-        passages = (test.first_passage(before, after) for test in self._swept)
-        return next((found for found in passages if found is not None), None) or self._gone_through(after)
+        passages = [test.first_passage(before, after) for test in self._swept]
+        found = [passage for passage in passages if passage is not None]
+        return min(found, key=lambda passage: passage.t) if found else self._gone_through(after)
 
     def is_free_way(self, before: np.ndarray, after: np.ndarray) -> bool:
-        """Whether the drawn sub-triangles do not pass through each other on the straight way between two states."""
+        """Whether neither drawn sub-triangles nor cones pass through each other on the straight way between states."""
         return all(test.first_passage(before, after) is None for test in self._swept)
 
     def _gone_through(self, q: np.ndarray) -> Passage | None:
@@ -166,16 +166,20 @@ class Contact:
         slave and the master share a coordinate; weights are the stiffnesses, N/m.
         """
         energy, gradient = self.gradient(q)
-        pairs = self.active_pairs()
+        pairs = ActivePairs.joined([term.active_pairs() for term in self._terms.values()])
         return energy, gradient, pairs.gap_rows(), pairs.stiffness
 
     def active_pairs(self) -> ActivePairs:
-        """Touching pairs of the last evaluated state."""
-        return ActivePairs.joined([term.active_pairs() for term in self._terms.values()])
+        """Touching pairs of the last evaluated state; those of cones hold angles, and have no place on the sheet."""
+        return ActivePairs.joined([term.active_pairs() for term in self._placed()])
 
     def flat_points(self) -> np.ndarray:
         """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
-        return np.concatenate([term.flat_points() for term in self._terms.values()])
+        return np.concatenate([term.flat_points() for term in self._placed()])
+
+    def _placed(self) -> list:
+        """Terms whose pairs are places of the sheet that touch."""
+        return [term for name, term in self._terms.items() if name != "cones"]
 
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""
@@ -183,7 +187,7 @@ class Contact:
         if self._edges is None:
             return ContactStatistics(sts, nts, 0, depth)
         edge, edge_depth = self._edges.statistics()
-        vertex_facets, edge_facets = np.sum([term.counts() for term in self._facets.values()], axis=0).tolist()
+        vertex_facets, edge_facets = self._terms["facets"].counts()
         return ContactStatistics(sts, nts + vertex_facets, edge + edge_facets, max(depth, edge_depth))
 
     def summary(self) -> ContactSummary:

@@ -8,7 +8,7 @@ points beside P need to be. To first order the sheet at P is the cone of the tri
 not pass through each other is what the sub-mesh cannot say, however fine it is.
 
 Cones stand at every vertex on a crease, with a ray along each of its edges, and at the points of the sub-mesh along
-creases, with rays along and across the crease. Rays are as long as the first edges of the sub-mesh, so that thickness
+creases, with rays along and across the crease. Rays reach as far as the first points of the sub-mesh, so that thickness
 and stiffness of facets apply.
 """
 
@@ -109,14 +109,16 @@ def _along_creases(mesh: Mesh, divisions: int) -> Rays:
     start, end = (mesh.vertices[mesh.edges[edges, side]] for side in (0, 1))
     part = (np.arange(len(edges)) % max(divisions - 1, 1) + 1) / divisions
     along = (end - start) / divisions
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)  # into the first element, around which the edge runs
+    # into the first element, around which the edge runs, as far as the first points of its sub-mesh lie from the edge
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.sum(along**2, axis=1)[:, None]
+    into_left, into_right = (2.0 * mesh.areas[side][:, None] / divisions**2 * normal for side in (left, right))
     number = np.arange(len(edges))
     triangles = 5 * number[:, None, None] + np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
     return Rays(
         cones=np.repeat(number, 5),
         elements=np.stack([left, left, left, left, right], axis=1).ravel(),
         apices=np.repeat(start + part[:, None] * (end - start), 5, axis=0),
-        directions=np.stack([0.0 * along, along, across, -along, -across], axis=1).reshape(-1, 2),
+        directions=np.stack([0.0 * along, along, into_left, -along, -into_right], axis=1).reshape(-1, 2),
         triangles=triangles.reshape(-1, 3),
         triangle_elements=np.stack([left, left, right, right], axis=1).ravel(),
     )

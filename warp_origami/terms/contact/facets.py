@@ -27,7 +27,7 @@ from warp_origami.model.mesh import Mesh
 
 from ..buffers import Buffer
 from .active_pairs import ActivePairs
-from .distance_bounds import DistanceBounds
+from .distance_bounds import DistanceBounds, change_of_distances
 from .features import FeatureMesh
 from .near_features import FeatureSearch, NearFeatures
 from .swept import relative_motion
@@ -149,7 +149,7 @@ class FacetContact:
             return
         if self._sides is None:
             self._look_at_accepted_state()
-        since = self._bounds.change(self._accepted_x, self._x)
+        since = change_of_distances(self._accepted_x, self._x)
         through = np.minimum(since - self._accepted_distances, self._reach)
         which = self._bounds.within(self._x, np.maximum(self._ranges, through))
         if which is None:

@@ -45,7 +45,10 @@ class SlaveKernels:
 
 
 class NarrowPhase:
-    """Recorded launches that evaluate pairs at the current positions, integration points before nodes.
+    """Recorded launches that evaluate pairs at the current positions, only those that can be near by now.
+
+    Pairs are held in the order of their distance when they were found, integration points before nodes: no pair beyond
+    the first so many can have come within reach since.
 
     Attributes:
         keys, points: names and slave points of the pairs.
@@ -53,8 +56,7 @@ class NarrowPhase:
         thickness: (n,) distance at which each pair begins to press, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
         gaps, normals, elements, shapes, distances, heights, outer: buffers, see point_gap.Contacts.
-        found_at: (n,) distances from the sub-triangles when the pairs were found, m.
-        reached: pairs that the last launch has evaluated.
+        reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
     def __init__(
@@ -75,7 +77,13 @@ class NarrowPhase:
         self.keys, self.points = pairs.keys[order], pairs.points[order]
         self.thickness = thickness[order]
         self._reach = reach
-        self.found_at = pairs.distances[order]
+        found_at = pairs.distances[order]
+        self._groups = [
+            (first, found_at[first:end], kernel)
+            for first, end, kernel in ((0, self.sts_count, kernels.sts), (self.sts_count, count, kernels.nts))
+            if end > first
+        ]
+        self._counts: tuple[int, ...] = ()
         self.reached = np.zeros(0, dtype=int)
 
         self.sides = Buffer(count, wp.int32, device)
@@ -96,20 +104,16 @@ class NarrowPhase:
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
             setattr(contacts, name, buffer.array)
-        sizes = (self.sts_count, count - self.sts_count)
-        self._which = [Buffer(size, wp.int32, device) for size in sizes]
         self._launches = [
             wp.launch(
                 kernel,
-                dim=max(size, 1),
-                inputs=[slaves, real(reach), masters, given, which.array, False],
+                dim=len(found_at),
+                inputs=[slaves, real(reach), first, masters, given],
                 outputs=[contacts],
                 device=device,
                 record_cmd=True,
             )
-            if size
-            else None
-            for kernel, size, which in zip((kernels.sts, kernels.nts), sizes, self._which, strict=True)
+            for first, found_at, kernel in self._groups
         ]
 
     def set_thickness(self, thickness: np.ndarray) -> None:
@@ -117,22 +121,15 @@ class NarrowPhase:
         self.thickness = thickness
         self._thickness.write(thickness)
 
-    def launch_reached(self, moved: float, sharp: bool) -> None:
-        """Evaluates all pairs within reach; `moved` (m) is how far any point has gone since the pairs were found.
-
-        `sharp`: distances are those to the cubic surface, also where there is no force.
-        """
-        self.launch(np.flatnonzero(self.found_at <= self._reach + 2.0 * moved), sharp)
-
-    def launch(self, which: np.ndarray, sharp: bool = False) -> None:
-        """Evaluates the pairs `which`, in increasing order."""
-        self.reached = which
-        parts = np.split(which, [np.searchsorted(which, self.sts_count)])
-        for command, buffer, part in zip(self._launches, self._which, parts, strict=True):
-            if len(part):
-                buffer.write_first(part)
-                command.set_param_by_name("sharp", sharp)
-                command.set_dim(len(part))
+    def launch(self, moved: float) -> None:
+        """Evaluates all pairs within reach; `moved` (m) is how far any point has gone since the pairs were found."""
+        counts = tuple(int(np.searchsorted(g[1], self._reach + 2.0 * moved, side="right")) for g in self._groups)
+        if counts != self._counts:
+            self._counts = counts
+            self.reached = np.concatenate([g[0] + np.arange(n) for g, n in zip(self._groups, counts, strict=True)])
+        for command, count in zip(self._launches, counts, strict=True):
+            if count:
+                command.set_dim(count)
                 command.launch()
 
     def sorted_by_key(self, where: np.ndarray) -> np.ndarray:

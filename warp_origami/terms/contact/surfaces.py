@@ -26,7 +26,6 @@ from warp_origami.model.submesh import Submesh
 from ..buffers import Buffer
 from ..shapes import flat_of
 from .active_pairs import ActivePairs
-from .distance_bounds import DistanceBounds
 from .law import contact_law
 from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveKernels
@@ -37,9 +36,6 @@ from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
 from .summary import ContactSummary, summarize
 from .swept import relative_motion
 from .thickness import CREASE_RATIO, build_thickness, margin_of, reach_of
-
-PER_MOTION = 2.2
-"""Change of a distance over the largest motion of a node or slave point: 2, and what the cubic surface does between."""
 
 REBUILD_FRACTION = 0.45
 """Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
@@ -99,10 +95,7 @@ class SurfaceContact:
         self._built_at: np.ndarray | None = None
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._accepted_distances = np.zeros(0)
         self._accepted_q = np.array(initial_q)
-        self._accepted_positions = start
-        self._bounds = DistanceBounds(self._thickness, PER_MOTION)
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._active = np.zeros(0, dtype=int)
         self._narrow: NarrowPhase | None = None
@@ -115,8 +108,8 @@ class SurfaceContact:
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
-        self._evaluate(q, sharp=True)
-        self._accepted_q, self._accepted_positions = np.array(q), self._positions
+        self._evaluate(q)
+        self._accepted_q = np.array(q)
         self._take_sides()
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
@@ -182,13 +175,15 @@ class SurfaceContact:
 
     def _least_distances(self, keys: np.ndarray) -> np.ndarray:
         """Distance that pairs have at least in the accepted state, where evaluation ends, m; up to the reach."""
-        self._evaluate(self._accepted_q, sharp=True)
+        self._evaluate(self._accepted_q)
         result = np.full(len(keys), self._reach)
         state = self._narrow
         if state is None:
             return result
         at = state.sorted_by_key(state.reached)
-        distances = np.abs(state.distances.read()[at])
+        # sub-triangles alone tell the distance only up to their error
+        errors = self._surfaces.errors.read()[state.elements.read()[at]]
+        distances = np.maximum(np.abs(state.distances.read()[at]) - errors, 0.0)
         place = np.minimum(np.searchsorted(state.keys[at], keys), len(at) - 1)
         known = state.keys[at][place] == keys if len(at) else np.zeros(len(keys), dtype=bool)
         result[known] = np.minimum(distances[place[known]], self._reach)
@@ -209,7 +204,6 @@ class SurfaceContact:
             "q": self._accepted_q,
             "pairs": self._accepted_keys,
             "sides": self._accepted_sides,
-            "distances": self._accepted_distances,
             "thickness": self._table.values,
         }
 
@@ -218,8 +212,6 @@ class SurfaceContact:
         self._accepted_q = np.array(state["q"])
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
-        self._accepted_distances = np.array(state["distances"])
-        self._accepted_positions = self._interpolation @ self._accepted_q
         self._table = replace(self._table, values=np.array(state["thickness"]))
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._built_at = None
@@ -231,7 +223,7 @@ class SurfaceContact:
         self._rebuild()
         if self._narrow is None:
             return np.zeros((0, 2), dtype=int)
-        self._launch_sharply()
+        self._launch()
         self._free_start()
         state = self._narrow
         at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._touching]
@@ -243,7 +235,7 @@ class SurfaceContact:
             sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
             state.sides.write(sides)
         self._take_sides()
-        self._launch_sharply()
+        self._launch()
         # points on the rim of a layer only touch it, as the lips of a cut do: no layer lies on another there
         unknown = at[(state.sides.read()[at] == FREE) & ~state.outer.read()[at]]
         return unordered_layers(
@@ -258,13 +250,12 @@ class SurfaceContact:
         if closer.any():
             self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
             self._rebuild()
-            self._launch_sharply()
+            self._launch()
 
     def _take_sides(self) -> None:
         """Sides at the accepted state, which has just been evaluated."""
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._accepted_distances = np.zeros(0)
         state = self._narrow
         if state is None:
             return
@@ -273,10 +264,7 @@ class SurfaceContact:
         sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
         known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
         self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
-        distances = state.distances.read()[known]
-        self._accepted_distances = np.where(sides[known] == FREE, np.abs(distances), sides[known] * distances)
         state.sides.write(sides)
-        self._pair_distances = self._known_distances(state.keys)
 
     def _regain_thickness(self) -> None:
         """Effective thickness after the accepted state, which has just been evaluated."""
@@ -294,30 +282,20 @@ class SurfaceContact:
         self._table = self._table.regained(state.keys[at], distances)
         state.set_thickness(self._table.of(state.keys))
 
-    def _evaluate(self, q: np.ndarray, sharp: bool = False) -> None:
-        """Gaps of all pairs that can have a force at q; `sharp`: and distances of all within reach."""
+    def _evaluate(self, q: np.ndarray) -> None:
+        """Gaps of all pairs at q."""
         self._place(q)
         if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
             self._rebuild()
         state = self._narrow
         if state is None:
             return
-        which, limits = None, np.maximum(state.thickness, self._through())
-        if not sharp:
-            which = self._bounds.within(self._positions, limits)
-        if which is None:
-            self._launch_sharply()
-        else:
-            state.launch(which)
+        self._launch()
         near = np.abs(state.distances.read()[state.reached]) <= self._reach
         unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
         if len(unknown):
-            reached = state.reached
             self._look_up_sides(state.sorted_by_key(unknown), q)
-            state.launch(reached, which is None)
-        at = state.reached[state.gaps.read()[state.reached] < 0.0]
-        gaps, distances = state.gaps.read()[at], np.abs(state.distances.read()[at])
-        self._active = state.sorted_by_key(at[(gaps >= -state.thickness[at]) | (distances < limits[at])])
+            self._launch()
 
     def _place(self, q: np.ndarray) -> None:
         """Brings the surface and its points to `q`."""
@@ -328,22 +306,10 @@ class SurfaceContact:
         self._slaves.write(positions[self._points.node_count :])
         self._surfaces.place(q)
 
-    def _launch_sharply(self) -> None:
-        """Evaluates all pairs within reach, and takes what their distances are at least."""
+    def _launch(self) -> None:
         state = self._narrow
-        state.launch_reached(self._moved, sharp=True)
-        # whether a layer is within reach at all, its sub-triangles decide
-        bounds = np.maximum(self._reach, state.found_at - 2.0 * self._moved)
-        bounds[state.reached] = np.minimum(np.abs(state.distances.read()[state.reached]), self._reach)
-        self._bounds.take(self._positions, bounds)
-
-    def _through(self) -> np.ndarray:
-        """Up to which distance pairs may be on the wrong side of a layer, having moved as little as they have, m.
-
-        Farther away, another part of a layer that is turned over has become the nearest.
-        """
-        since = self._bounds.change(self._accepted_positions, self._positions)
-        return np.minimum(since - self._pair_distances + self._touching, self._reach)
+        state.launch(self._moved)
+        self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
 
     def _rebuild(self) -> None:
         """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
@@ -351,9 +317,6 @@ class SurfaceContact:
         pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
         self._active = np.zeros(0, dtype=int)
         self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
-        self._bounds.forget()
-        if self._narrow is not None:
-            self._pair_distances = self._known_distances(self._narrow.keys)
 
     def _known_sides(self, keys: np.ndarray) -> np.ndarray:
         """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
@@ -364,16 +327,6 @@ class SurfaceContact:
             sides[known] = self._accepted_sides[place[known]]
         sides[np.isin(keys, self._forgotten)] = FREE
         return sides
-
-    def _known_distances(self, keys: np.ndarray) -> np.ndarray:
-        """Distances of pairs in the accepted state, m, negative on the wrong side; half of the reach where they were
-        too far apart for it."""
-        distances = np.full(len(keys), 0.5 * self._reach)
-        if len(self._accepted_keys):
-            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
-            known = self._accepted_keys[place] == keys
-            distances[known] = self._accepted_distances[place[known]]
-        return distances
 
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
         return NarrowPhase(
@@ -393,7 +346,7 @@ class SurfaceContact:
         keys = self._narrow.keys[where]
         pairs = self._search.nearest(keys, self._slaves.array, self._nodes.array, self._reach + self._margin)
         state = self._narrow_phase(pairs, np.full(len(keys), UNKNOWN), reach=np.inf)
-        state.launch_reached(0.0, sharp=False)
+        state.launch(0.0)
         found = np.empty(len(keys), dtype=np.int32)
         found[np.searchsorted(keys, state.keys[state.reached])] = sides_at(state, self._thickness, self._touching)
         sides = self._narrow.sides.read().copy()
