@@ -40,7 +40,9 @@ def warp_origami(tmp_path, monkeypatch, ending):
 
     monkeypatch.setitem(sys.modules, "warp_origami.solve.simulate", types.SimpleNamespace(simulate=simulate))
     description = [("elements", "16"), ("degrees of freedom", "99")]
-    monkeypatch.setitem(sys.modules, "warp_origami.system", types.SimpleNamespace(describe=lambda scene: description))
+    monkeypatch.setitem(
+        sys.modules, "warp_origami.description", types.SimpleNamespace(describe=lambda scene: description)
+    )
 
     def invoke(*arguments):
         return CliRunner().invoke(main, [str(argument) for argument in arguments])

@@ -23,12 +23,13 @@ ARROWS = {
     "scene": {"scene", "scenes", "model", "errors"},
     "terms": {"terms", "kernels", "model", "errors"},
     "system": {"terms", "scene", "model", "errors", "clock"},
+    "description": {"system", "scene", "clock"},
     "solve": {"solve", "system", "terms", "scene", "model", "errors", "clock"},
     # files and progress observe a run: they know its records and nothing else of solve
     "output": {"output", "solve.records", "scene", "model", "errors", "clock"},
     "api": {"output", "solve", "scene", "model", "errors"},
     "study": {"study", "api", "solve", "scene", "scenes", "output", "model", "errors", "clock"},
-    "cli": {"study", "output", "solve", "system", "scene", "scenes", "errors", "clock"},
+    "cli": {"study", "output", "solve", "description", "scene", "scenes", "errors", "clock"},
     "__init__": {"api", "scene", "errors"},
     "__main__": {"cli"},
 }

@@ -78,7 +78,7 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
 
     read = load_scene(scene, overrides)
     _quiet_warp()
-    from .system import describe
+    from .description import describe
 
     lines = describe(read)
     width = max(len(label) for label, _ in lines)

@@ -21,11 +21,12 @@ from .model.generators import build_pattern
 from .model.locate import locate
 from .model.mesh import Mesh
 from .model.opening import opened
-from .model.prescribed import Motion, Prescriber, prescribed_rows
+from .model.prescribed import prescribed_rows
 from .model.selectors import select
 from .model.submesh import default_divisions
 from .scene import Scene
 from .scene.approach import expected_approach
+from .scene.prescribers import scene_prescribers
 from .scene.settings import Contact as ContactTable
 from .terms.contact import Contact
 from .terms.contact.friction import Friction, FrictionLaw
@@ -102,7 +103,7 @@ class System:
             self.coordinates = number_coordinates(self.mesh)
             flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
             self.q0 = self._initial_coordinates(flat)
-            prescribers = _prescribers(scene, self.mesh)
+            prescribers = scene_prescribers(scene, self.mesh)
             rows = prescribed_rows(self.mesh, self.coordinates, prescribers, self.q0, flat)
             self.constraints = build_constraints(self.mesh, self.coordinates, prescribers, rows)
             self.row_lengths = _row_lengths(self.mesh, self.coordinates)
@@ -334,48 +335,6 @@ class System:
         return self.mass @ translation
 
 
-def describe(scene: Scene) -> list[tuple[str, str]]:
-    """What `check` prints: sizes and what will be modelled, without running."""
-    system = System(scene, "cpu", PhaseClock())
-    constraints = system.constraints
-    folds = int(np.sum(constraints.sources < 0))
-    lines = [
-        ("scene", scene.name),
-        ("analysis", _describe_analysis(scene)),
-        ("elements", str(len(system.mesh.triangles))),
-        ("faces", str(int(system.mesh.faces.max()) + 1)),
-        ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
-        (
-            "constraints",
-            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant dropped; "
-            f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
-        ),
-        ("terms", ", ".join(system.terms)),
-        ("kernel modules", ", ".join(system.kernel_modules)),
-    ]
-    if system.contact is not None:
-        lines += _describe_stiffness(scene.contact, system.contact_settings)
-        lines += system.contact.summary().lines()
-    return lines
-
-
-def _describe_analysis(scene: Scene) -> str:
-    analysis = scene.analysis
-    if analysis.kind == "dynamic":
-        return f"dynamic, {analysis.duration:g} s"
-    steps = f"{analysis.load_steps} load steps or more"
-    return f"static, {steps}" if analysis.kind == "static" else f"modal, {analysis.count} frequencies after {steps}"
-
-
-def _describe_stiffness(given: ContactTable, used: ContactTable) -> list[tuple[str, str]]:
-    keys = {"sts": ["sts_stiffness"], "nts": ["nts_stiffness"]}.get(used.method, ["sts_stiffness", "nts_stiffness"])
-    of = {"sts_stiffness": "N/m^3 of surfaces", "nts_stiffness": "N/m of nodes" + " and edges" * (len(keys) == 2)}
-    line = ", ".join(f"{getattr(used, key):.4g} {of[key]}" for key in keys)
-    if any(getattr(given, key) == "auto" for key in keys):
-        line += f"; for a penetration of {used.target_penetration:g} of the thickness at {used.expected_speed:.4g} m/s"
-    return [("contact stiffness", line + ("; never closer than the thickness" if used.exact else ""))]
-
-
 def _load_name(load) -> str:
     if load.kind != "pressure":
         return load.kind.replace("_", " ")
@@ -391,28 +350,3 @@ def _row_lengths(mesh: Mesh, coordinates: Coordinates) -> np.ndarray:
     lengths = np.full(coordinates.count, 4.0 / 27.0 * side)  # the cubic Hermite function of a slope peaks at 4/27
     lengths[coordinates.positions[coordinates.positions >= 0]] = 1.0
     return lengths
-
-
-def _prescribers(scene: Scene, mesh: Mesh) -> list[Prescriber]:
-    prescribers = []
-    for kind, entries in (("support", scene.support), ("driver", scene.driver)):
-        for k, entry in enumerate(entries):
-            key = f"{kind}.{k}"
-            components = tuple("xyz".index(c) for c in (entry.fix if kind == "support" else entry.axes))
-            selection = select(entry.at, mesh, f"{key}.at")
-            motion = _motion(entry) if kind == "driver" else None
-            prescribers.append(Prescriber(entry.name, key, selection, components, motion))
-    return prescribers
-
-
-def _motion(driver) -> Motion:
-    rotate = driver.rotate
-    axis = np.array([0.0, 0.0, 1.0]) if rotate is None else np.asarray(rotate.axis) / np.linalg.norm(rotate.axis)
-    return Motion(
-        profile=driver.profile.factor(),
-        translate=np.zeros(3) if driver.translate is None else np.asarray(driver.translate, dtype=float),
-        axis=axis,
-        centre=np.zeros(3) if rotate is None else np.asarray(rotate.centre, dtype=float),
-        angle=0.0 if rotate is None else rotate.angle,
-        overstretch=driver.overstretch if driver.translate_to is not None else None,
-    )

@@ -19,7 +19,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .newton import Direction, NewtonResult, Potential, line_search, minimize
+from .newton import Direction, NewtonResult, Potential, line_search, minimize, newton_step
 from .result import Failure
 
 MAXIMUM_ITERATIONS = 60
@@ -74,14 +74,11 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
             q = q + length * step
             continue
         iterations += 1
-        linearized = potential.linearize(q)
-        if isinstance(linearized, Failure):
-            return NewtonResult(q, iterations, linearized)
-        gradient, direction = linearized
-        step = direction(gradient)
-        if not np.isfinite(potential.size(step)):
-            break
-        q = q + line_search(potential, q, step, float(gradient @ step)) * step
+        found = newton_step(potential, q)
+        if isinstance(found, Failure):
+            return NewtonResult(q, iterations, found)
+        step, slope = found
+        q = q + line_search(potential, q, step, slope) * step
         potential.take_strains(q)
     plain = minimize(potential, q, tolerance)
     return NewtonResult(plain.q, iterations + plain.iterations, plain.failure)

@@ -58,22 +58,30 @@ def minimize(potential: Potential, start: np.ndarray, tolerance: float) -> Newto
     """Iterates from `start` until a Newton step is smaller than `tolerance` (m)."""
     q = start
     for iteration in range(1, MAXIMUM_ITERATIONS + 1):
-        linearized = potential.linearize(q)
-        if isinstance(linearized, Failure):
-            return NewtonResult(q, iteration, linearized)
-        gradient, direction = linearized
-        step = direction(gradient)
-        size = potential.size(step)
-        if not np.isfinite(size):
-            return NewtonResult(q, iteration, Failure("the Newton step is not a number", "smaller steps"))
-        if size < tolerance:
+        found = newton_step(potential, q)
+        if isinstance(found, Failure):
+            return NewtonResult(q, iteration, found)
+        step, slope = found
+        if potential.size(step) < tolerance:
             return NewtonResult(q + step, iteration)
-        q = q + line_search(potential, q, step, float(gradient @ step)) * step
+        q = q + line_search(potential, q, step, slope) * step
     return NewtonResult(
         q,
         MAXIMUM_ITERATIONS,
         Failure(f"Newton did not converge in {MAXIMUM_ITERATIONS} iterations", "smaller steps or tolerance"),
     )
+
+
+def newton_step(potential: Potential, q: np.ndarray) -> tuple[np.ndarray, float] | Failure:
+    """Newton step (3n,) at q and the slope of the potential along it."""
+    linearized = potential.linearize(q)
+    if isinstance(linearized, Failure):
+        return linearized
+    gradient, direction = linearized
+    step = direction(gradient)
+    if not np.isfinite(potential.size(step)):
+        return Failure("the Newton step is not a number", "smaller steps")
+    return step, float(gradient @ step)
 
 
 def line_search(potential: Potential, q: np.ndarray, step: np.ndarray, slope: float) -> float:

@@ -85,7 +85,7 @@ class Contact:
         self._surfaces = SurfaceContact(
             mesh, coordinates, self.submesh, settings, initial_q, face_orders, pattern_faces, device, sts_degree
         )
-        self._edges, features, terms = None, {}, {"surfaces": self._surfaces}
+        features, terms = {}, {"surfaces": self._surfaces}
         if guarded or settings.method == "mixed":
             drawn = drawn_divisions(len(mesh.triangles))
             features["facets"] = submesh_features(mesh, coordinates, build_submesh(mesh, drawn))
@@ -93,7 +93,7 @@ class Contact:
                 features["cones"] = crease_cones(mesh, coordinates, drawn)
         self._swept = [SweptTest(mesh, kind, device) for kind in features.values()]
         if settings.method == "mixed":
-            self._edges = EdgeContact(
+            terms["edges"] = EdgeContact(
                 mesh,
                 coordinates,
                 self.submesh,
@@ -103,7 +103,7 @@ class Contact:
                 device,
                 contact_law(settings.method, settings.exact, settings.thickness),
             )
-            terms |= {"edges": self._edges} | {
+            terms |= {
                 name: FacetContact(mesh, kind, settings.thickness, settings.nts_stiffness, initial_q, device)
                 for name, kind in features.items()
             }
@@ -184,15 +184,15 @@ class Contact:
     def statistics(self) -> ContactStatistics:
         """Contacts of the last evaluated state."""
         sts, nts, depth = self._surfaces.statistics()
-        if self._edges is None:
+        if "edges" not in self._terms:
             return ContactStatistics(sts, nts, 0, depth)
-        edge, edge_depth = self._edges.statistics()
+        edge, edge_depth = self._terms["edges"].statistics()
         vertex_facets, edge_facets = self._terms["facets"].counts()
         return ContactStatistics(sts, nts + vertex_facets, edge + edge_facets, max(depth, edge_depth))
 
     def summary(self) -> ContactSummary:
         """What will be modelled, for `check`."""
-        return self._surfaces.summary(0 if self._edges is None else len(self._edges.curves.vertices))
+        return self._surfaces.summary(len(self._terms["edges"].curves.vertices) if "edges" in self._terms else 0)
 
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""

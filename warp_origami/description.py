@@ -1,0 +1,50 @@
+"""What a scene models, in words, without running it."""
+
+import numpy as np
+
+from .clock import PhaseClock
+from .scene import Scene
+from .scene.settings import Contact as ContactTable
+from .system import System
+
+
+def describe(scene: Scene) -> list[tuple[str, str]]:
+    """What `check` prints: sizes and what will be modelled, without running."""
+    system = System(scene, "cpu", PhaseClock())
+    constraints = system.constraints
+    folds = int(np.sum(constraints.sources < 0))
+    lines = [
+        ("scene", scene.name),
+        ("analysis", _describe_analysis(scene)),
+        ("elements", str(len(system.mesh.triangles))),
+        ("faces", str(int(system.mesh.faces.max()) + 1)),
+        ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
+        (
+            "constraints",
+            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant dropped; "
+            f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
+        ),
+        ("terms", ", ".join(system.terms)),
+        ("kernel modules", ", ".join(system.kernel_modules)),
+    ]
+    if system.contact is not None:
+        lines += _describe_stiffness(scene.contact, system.contact_settings)
+        lines += system.contact.summary().lines()
+    return lines
+
+
+def _describe_analysis(scene: Scene) -> str:
+    analysis = scene.analysis
+    if analysis.kind == "dynamic":
+        return f"dynamic, {analysis.duration:g} s"
+    steps = f"{analysis.load_steps} load steps or more"
+    return f"static, {steps}" if analysis.kind == "static" else f"modal, {analysis.count} frequencies after {steps}"
+
+
+def _describe_stiffness(given: ContactTable, used: ContactTable) -> list[tuple[str, str]]:
+    keys = {"sts": ["sts_stiffness"], "nts": ["nts_stiffness"]}.get(used.method, ["sts_stiffness", "nts_stiffness"])
+    of = {"sts_stiffness": "N/m^3 of surfaces", "nts_stiffness": "N/m of nodes" + " and edges" * (len(keys) == 2)}
+    line = ", ".join(f"{getattr(used, key):.4g} {of[key]}" for key in keys)
+    if any(getattr(given, key) == "auto" for key in keys):
+        line += f"; for a penetration of {used.target_penetration:g} of the thickness at {used.expected_speed:.4g} m/s"
+    return [("contact stiffness", line + ("; never closer than the thickness" if used.exact else ""))]
