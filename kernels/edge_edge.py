@@ -204,11 +204,12 @@ def edge_contacts(
     reach: real,
     pairs: EdgePairs,
     known: Known,
+    begin: int,
     # out
     contacts: EdgeContacts,
 ):
     """Gaps of pairs of edges, one thread per pair; edges farther apart than `reach` (m) have none."""
-    pair = wp.tid()
+    pair = begin + wp.tid()
     first = pairs.first[pair]
     second = pairs.second[pair]
     start = pairs.starts[pair]

@@ -17,11 +17,12 @@ def find_facet_errors(
     mesh: Elements,
     samples: wp.array3d(dtype=real),
     margin: real,
+    begin: int,
     # out
     errors: wp.array(dtype=real),
 ):
     """Largest error (m) of every element, times `margin`; samples[element, k] is e at its point k."""
-    number = wp.tid()
+    number = begin + wp.tid()
     e = element_of(mesh, number)
     twice_area = e.c[0, 0] * e.c[1, 1] - e.c[1, 0] * e.c[0, 1]
     r1 = mesh.q[mesh.rows[number, 0]]
@@ -44,11 +45,12 @@ def largest_around(
     errors: wp.array(dtype=real),
     starts: wp.array(dtype=wp.int32),
     around: wp.array(dtype=wp.int32),
+    begin: int,
     # out
     largest: wp.array(dtype=real),
 ):
     """Largest error, m, of the elements around[starts[i] : starts[i + 1]] that share a vertex with element i."""
-    i = wp.tid()
+    i = begin + wp.tid()
     bound = real(0.0)
     for k in range(starts[i], starts[i + 1]):
         bound = wp.max(bound, errors[around[k]])

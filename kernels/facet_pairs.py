@@ -93,11 +93,12 @@ def find_facet_distances(
     features: Features,
     positions: wp.array(dtype=vec3),
     which: wp.array(dtype=wp.int32),
+    begin: int,
     # out
     distances: FacetDistances,
 ):
     """Closest points of the pairs `which`."""
-    pair = which[wp.tid()]
+    pair = which[begin + wp.tid()]
     first = pairs.firsts[pair]
     second = pairs.seconds[pair]
     if pairs.kinds[pair] == VERTEX_TRIANGLE:

@@ -15,11 +15,12 @@ def gather_vectors(
     indptr: wp.array(dtype=wp.int32),
     index: wp.array(dtype=wp.int32),
     values: wp.array(dtype=vec3),
+    begin: int,
     # out
     out: wp.array(dtype=vec3),
 ):
     """Sum of element vectors into one row of the coordinates, one thread per row."""
-    i = wp.tid()
+    i = begin + wp.tid()
     total = vec3()
     for k in range(indptr[i], indptr[i + 1]):
         total += values[index[k]]

@@ -101,12 +101,13 @@ def _gradient_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
         shapes: wp.array3d(dtype=vec2),
         volumes: wp.array2d(dtype=real),
         parameters: Parameters,
+        begin: int,
         # out
         energy: wp.array(dtype=real),
         gradient: wp.array2d(dtype=vec3),
     ):
         """Energy and its gradient, one thread per element."""
-        e = wp.tid()
+        e = begin + wp.tid()
         nodes = element_nodes(q, elements, e)
         g = mat93()
         total = real(0.0)
@@ -140,13 +141,14 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
         strains: wp.array2d(dtype=vec3),
         mixed: wp.bool,
         geometric: wp.bool,
+        begin: int,
         # out
         energy: wp.array(dtype=real),
         gradient: wp.array2d(dtype=vec3),
         blocks: wp.array2d(dtype=mat33),
     ):
         """Energy, its gradient and its tangent, one thread per element; `mixed`: with the law at `strains`."""
-        e = wp.tid()
+        e = begin + wp.tid()
         nodes = element_nodes(q, elements, e)
         for k in range(PAIRS):
             blocks[e, k] = mat33()
@@ -192,11 +194,12 @@ def _strains_kernel(module: wp.Module) -> wp.Kernel:
         elements: wp.array2d(dtype=wp.int32),
         shapes: wp.array3d(dtype=vec2),
         length: real,
+        begin: int,
         # out
         strains: wp.array2d(dtype=vec3),
     ):
         """Takes the strains at the quadrature points a part of the way to those linearized at q along the step."""
-        e = wp.tid()
+        e = begin + wp.tid()
         nodes = element_nodes(q, elements, e)
         steps = element_nodes(step, elements, e)
         for p in range(strains.shape[1]):

@@ -13,12 +13,12 @@ from .precision import real, vec3
 def nts_contacts(
     positions: wp.array(dtype=vec3),
     reach: real,
-    first: int,
     masters: Masters,
     pairs: Pairs,
+    begin: int,
     # out
     contacts: Contacts,
 ):
     """Gaps of nodes, one thread per pair."""
-    pair = first + wp.tid()
+    pair = begin + wp.tid()
     write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, contacts)

@@ -44,11 +44,12 @@ def pressure_force(
     elements: wp.array2d(dtype=wp.int32),
     pressed: wp.array(dtype=wp.int32),
     constants: wp.array3d(dtype=real),
+    begin: int,
     # out
     force: wp.array2d(dtype=vec3),
 ):
     """Nodal forces of a unit pressure, one thread per pressed element."""
-    t = wp.tid()
+    t = begin + wp.tid()
     nodes = relative_nodes(q, elements, pressed[t])
     f = mat93()
     pair = wp.int32(0)
@@ -69,11 +70,12 @@ def pressure_stiffness(
     pressed: wp.array(dtype=wp.int32),
     differences: wp.array3d(dtype=real),
     pressure: real,
+    begin: int,
     # out
     blocks: wp.array2d(dtype=mat33),
 ):
     """Adds minus pressure times the symmetric tangent of the force to the element tangents of the membrane."""
-    t = wp.tid()
+    t = begin + wp.tid()
     e = pressed[t]
     nodes = relative_nodes(q, elements, e)
     factor = real(0.5) * pressure

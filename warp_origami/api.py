@@ -40,7 +40,7 @@ def simulate(
     device: str | None = None,
     until: float | None = None,
     observers: Sequence[Observer] = (),
-    threads: int = 1,
+    threads: int | None = None,
 ) -> Run:
     """Simulates a scene and keeps everything in memory.
 
@@ -49,7 +49,7 @@ def simulate(
         device: "cpu" (also for None) or "cuda:0".
         until: end earlier than the scene does, at this time (s) or load factor.
         observers: told in addition about every step and frame, for example output.run_directory.RunDirectory(path).
-        threads: of the linear algebra on the CPU.
+        threads: of the CPU, each on a core of its own (None: all cores); results do not depend on their number.
 
     Raises:
         InputError: the scene cannot be run.

@@ -98,7 +98,9 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
     help="End at time T, s (static: load factor).",
 )
 @click.option("--resume", is_flag=True, help="Go on from the checkpoint in DIR; without one start anew.")
-@click.option("--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads of the linear algebra [1].")
+@click.option(
+    "--threads", type=click.IntRange(min=1), metavar="N", help="CPU threads, each on a core of its own [all cores]."
+)
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 def run(
     scene: str,

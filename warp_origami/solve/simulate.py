@@ -7,6 +7,7 @@ from warp_origami.clock import PhaseClock
 from warp_origami.errors import InputError
 from warp_origami.scene import Scene
 from warp_origami.system import System
+from warp_origami.terms.threads import available_cores, use_threads
 
 from .dynamic import DynamicRun
 from .interrupt import deferred_interrupt
@@ -22,7 +23,7 @@ def simulate(
     device: str | None = None,
     until: float | None = None,
     resume: dict[str, np.ndarray] | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     clock: PhaseClock | None = None,
 ) -> dict:
     """Runs a scene and returns its summary (the content of summary.json).
@@ -33,8 +34,9 @@ def simulate(
         device: of Warp, "cpu" (also for None) or "cuda:0".
         until: time (s) or load factor to stop at if that is before the scene's end.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
-        threads: of the linear algebra. One is fastest for small sheets: threads that wait for each other cost more than
-            they save.
+        threads: that launch kernels on the CPU, each on a core of its own; None: all cores. Results do not depend on
+            their number. The linear algebra of SciPy has one thread: more would change the order of its sums, and at
+            these sizes cost more than they save.
         clock: wall time by phase, started earlier if more than this call is to be counted.
 
     Raises:
@@ -45,7 +47,7 @@ def simulate(
     end = scene.analysis.end if until is None else min(until, scene.analysis.end)
     clock = clock or PhaseClock()
     observer.phase("compiling kernels and setting up (the first run of a scene compiles for some seconds)")
-    with threadpool_limits(threads), deferred_interrupt() as interrupted:
+    with threadpool_limits(1), use_threads(threads or available_cores()), deferred_interrupt() as interrupted:
         system = System(scene, device, clock)
         if scene.analysis.kind == "dynamic":
             run = DynamicRun(system, observer, end)

@@ -15,11 +15,15 @@ from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
 from .buffers import Buffer
+from .launches import Launch
 from .quadrature import rule
 from .shapes import ShapeTable, tabulate
 
 LAWS = {law.NAME: law for law in (srm, linear)}
 SLACK, WRINKLED, TAUT = srm.SLACK, srm.WRINKLED, srm.TAUT
+
+TANGENT_GRAIN, GRADIENT_GRAIN, GATHER_GRAIN = 16, 48, 4096
+"""Elements, and rows of q, that are worth a thread: 7, 2 and 0.02 us each."""
 
 
 class Material(Protocol):
@@ -101,17 +105,22 @@ class Membrane:
         self._blocks = Buffer((count, PAIRS), mat33, device)
         self.blocks = self._blocks.array
         outputs = [self._energy.array, element_gradient]
-        self._launch_gradient = self._record(self._kernels.gradient, count, inputs, outputs)
+        self._launch_gradient = Launch(self._kernels.gradient, count, inputs, outputs, device, GRADIENT_GRAIN)
         self._strains = wp.zeros((count, len(areas)), dtype=vec3, device=device)
-        self._launch_tangent = self._record(
-            self._kernels.tangent, count, [*inputs, self._strains, False, True], [*outputs, self.blocks]
+        self._launch_tangent = Launch(
+            self._kernels.tangent,
+            count,
+            [*inputs, self._strains, False, True],
+            [*outputs, self.blocks],
+            device,
+            TANGENT_GRAIN,
         )
         self._step = Buffer(coordinates.count, vec3, device)
         along = [self._q.array, self._step.array, self._elements, shapes, real(1.0)]
-        self._launch_strains = self._record(self._kernels.strains, count, along, [self._strains])
+        self._launch_strains = Launch(self._kernels.strains, count, along, [self._strains], device, GRADIENT_GRAIN)
 
         indptr, index = _rows_of(coordinates.elements, coordinates.count)
-        self._launch_gather = self._record(
+        self._launch_gather = Launch(
             gather_vectors,
             coordinates.count,
             [
@@ -120,6 +129,8 @@ class Membrane:
                 element_gradient.flatten(),
             ],
             [self._gradient.array],
+            device,
+            GATHER_GRAIN,
         )
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -136,8 +147,8 @@ class Membrane:
             geometric: the tangents have their geometric part.
         """
         self._q.write(q)
-        self._launch_tangent.set_param_by_name("mixed", mixed)
-        self._launch_tangent.set_param_by_name("geometric", geometric)
+        self._launch_tangent.set_param("mixed", mixed)
+        self._launch_tangent.set_param("geometric", geometric)
         self._launch_tangent.launch()
         return self._sums()
 
@@ -146,7 +157,7 @@ class Membrane:
         `step` (n, 3); with a step of zero and a length of one, to those of q."""
         self._q.write(q)
         self._step.write(step)
-        self._launch_strains.set_param_by_name("length", real(length))
+        self._launch_strains.set_param("length", real(length))
         self._launch_strains.launch()
 
     def tangent(self, q: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -161,7 +172,7 @@ class Membrane:
         """Evaluates forces and tangents with other stiffness ratios than the material's from now on."""
         parameters = self._parameters_of(s1, s2)
         for launch in (self._launch_gradient, self._launch_tangent):
-            launch.set_param_by_name("parameters", parameters)
+            launch.set_param("parameters", parameters)
 
     def _parameters_of(self, s1: float, s2: float):
         return self._law.parameters(self._material.youngs_modulus, self._material.poisson_ratio, s1, s2)
@@ -191,11 +202,15 @@ class Membrane:
         state = Buffer(count, wp.int32, self._device)
         points = wp.array(table.elements, dtype=wp.int32, device=self._device)
         inputs = [self._q.array, self._elements, points, shapes, self._parameters]
-        launch = self._record(self._kernels.sample, count, inputs, [stress.array, state.array])
+        launch = wp.launch(
+            self._kernels.sample,
+            dim=count,
+            inputs=inputs,
+            outputs=[stress.array, state.array],
+            device=self._device,
+            record_cmd=True,
+        )
         return StressSampler(self._q, shapes, launch, stress, state)
-
-    def _record(self, kernel: wp.Kernel, dim: int, inputs: list, outputs: list) -> wp.Launch:
-        return wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device, record_cmd=True)
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,15 @@ from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
 from .buffers import Buffer
+from .launches import Launch
 from .pressure_rim import PressureRim
 from .shapes import tabulate
 
 GAUSS = 6
 """Gauss points a side of the collapsed square: the constants have degree 4 + 3 + 3, and collapsing adds 1."""
+
+GRAIN = 64
+"""Elements, and rows of q, that are worth a thread."""
 
 CHUNK = 2048
 """Elements whose constants are integrated at once: bounds the memory of the tabulated shape functions."""
@@ -69,7 +73,7 @@ class FollowerPressure:
         self._launch_gather = self._record(
             gather_vectors, coordinates.count, [*gathered, element_force.flatten()], [self._force.array]
         )
-        self._launch_stiffness: wp.Launch | None = None
+        self._launch_stiffness: Launch | None = None
         self._bound: int | None = None
         self._rim = PressureRim(mesh, coordinates, elements)
 
@@ -97,15 +101,15 @@ class FollowerPressure:
             inputs = [*self._stiffness_inputs, float(pressure)]
             self._launch_stiffness = self._record(kernels.pressure_stiffness, self._count, inputs, [blocks])
             self._bound = blocks.ptr
-        self._launch_stiffness.set_param_by_name("pressure", float(pressure))
+        self._launch_stiffness.set_param("pressure", float(pressure))
         self._launch_stiffness.launch()
 
     def skew(self, q: np.ndarray) -> csr_matrix:
         """Antisymmetric part of dF/dq, (3n, 3n) of fixed structure, for motions that satisfy the fold condition."""
         return self._rim.skew(q)
 
-    def _record(self, kernel: wp.Kernel, dim: int, inputs: list, outputs: list) -> wp.Launch:
-        return wp.launch(kernel, dim=dim, inputs=inputs, outputs=outputs, device=self._device, record_cmd=True)
+    def _record(self, kernel: wp.Kernel, dim: int, inputs: list, outputs: list) -> Launch:
+        return Launch(kernel, dim, inputs, outputs, self._device, GRAIN)
 
 
 def _constants(mesh: Mesh, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -79,7 +79,8 @@ def main(folder: Path, until: float, limit: float, conditions: dict) -> None:
     meter = Meter(np.load(folder / VERTICES), started, limit)
     told = {"conditions": conditions, "until": until, "limit": limit, "imports": imports, "summary": {}, "values": []}
     try:
-        summary = simulate(scene, observer=meter, until=until, clock=PhaseClock(started))
+        # runs side by side have a core each
+        summary = simulate(scene, observer=meter, until=until, threads=1, clock=PhaseClock(started))
     except InputError as error:
         _write(folder / TOLD, told | {"status": "refused", "message": str(error)})
         return

@@ -7,6 +7,7 @@ from warp_origami.kernels import edge_edge
 from warp_origami.kernels.precision import real, vec2, vec3
 
 from ..buffers import Buffer
+from ..launches import Launch
 from .edge_search import NearEdges
 
 FIELDS = {
@@ -15,6 +16,10 @@ FIELDS = {
     **dict.fromkeys(("normals", "pulls", "slopes1", "slopes2", "bends1", "bends2"), vec3),
     **dict.fromkeys(("gaps", "weights", "angle_weights", "heights", "distances"), real),
 }
+
+
+GRAIN = 100
+"""Pairs of edges that are worth a thread: half a microsecond each and more."""
 
 
 class EdgeNarrow:
@@ -42,7 +47,6 @@ class EdgeNarrow:
     ):
         device = self._device = controls.device
         self.near, self._reach = near, reach
-        self._inputs = [controls, zones, divisions, real(reach)]
         sizes = np.diff(near.starts)
         self.keys, self.first, self.second = (np.repeat(a, sizes) for a in (near.keys, near.first, near.second))
         self.evaluated = 0
@@ -63,6 +67,8 @@ class EdgeNarrow:
             buffer = Buffer(len(self.keys), kind, device)
             setattr(self, name, buffer)
             setattr(self._contacts, name, buffer.array)
+        self._inputs = [controls, zones, divisions, real(reach), self._pairs]
+        self._command: Launch | None = None
 
     def set_thickness(self, thickness: np.ndarray) -> None:
         """Takes another thickness of the pairs, (pairs,)."""
@@ -78,14 +84,12 @@ class EdgeNarrow:
         """Evaluates all pairs within reach; `approach` (m): how much closer any may have come since they were found."""
         count = int(np.searchsorted(self.near.distances, self._reach + approach, side="right"))
         self.evaluated = int(self.near.starts[count])
-        if count:
-            wp.launch(
-                edge_edge.edge_contacts,
-                dim=count,
-                inputs=[*self._inputs, self._pairs, known],
-                outputs=[self._contacts],
-                device=self._device,
-            )
+        if self._command is None:
+            inputs = [*self._inputs, known]
+            self._command = Launch(edge_edge.edge_contacts, count, inputs, [self._contacts], self._device, GRAIN)
+        self._command.set_param("known", known)
+        self._command.set_dim(count)
+        self._command.launch()
 
     def places(self, name: str, below: float, above: float = -np.inf) -> np.ndarray:
         """Evaluated places where a field lies between two bounds, in an order that does not depend on the search."""

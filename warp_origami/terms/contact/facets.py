@@ -26,6 +26,7 @@ from warp_origami.model.connectivity import sheet_labels
 from warp_origami.model.mesh import Mesh
 
 from ..buffers import Buffer
+from ..launches import Launch
 from .active_pairs import ActivePairs
 from .distance_bounds import DistanceBounds, change_of_distances
 from .features import FeatureMesh
@@ -38,6 +39,9 @@ RANGE_SHARE = 0.25
 
 RADIUS_SHARE = 0.25
 """Radius of the search over the length of an edge."""
+
+GRAIN = 1000
+"""Pairs that are worth a thread: some 50 ns each."""
 
 CAP = 0.1
 """Distance over the range below which the barrier is a parabola: 1000 times as stiff as at its begin, and finite."""
@@ -213,14 +217,7 @@ class FacetContact:
             setattr(out, name, buffer.array)
         self._which = Buffer(count, wp.int32, self._device)
         inputs = [pairs, self._search.features, self._positions.array, self._which.array]
-        self._command = wp.launch(
-            facet_pairs.find_facet_distances,
-            dim=count,
-            inputs=inputs,
-            outputs=[out],
-            device=self._device,
-            record_cmd=True,
-        )
+        self._command = Launch(facet_pairs.find_facet_distances, count, inputs, [out], self._device, GRAIN)
         self._ranges = np.full(count, RANGE_SHARE * self._thickness)
         if not count:
             return

@@ -14,10 +14,14 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import build_submesh, sub_triangle_corners
 
 from ..buffers import Buffer
+from ..launches import Launch
 from ..shapes import tabulate
 
 SAMPLES = np.array([(i, j, 4 - i - j) for i in range(4) for j in range(4) if 1 <= i + j <= 4]) / 4.0
 """Where the error of a sub-triangle is looked at, area coordinates: multiples of 1/4 but for the corners."""
+
+GRAIN = 64
+"""Elements that are worth a thread: about a microsecond each."""
 
 MARGIN = 1.25
 """By which the error may be larger elsewhere in the sub-triangle."""
@@ -63,7 +67,7 @@ class MasterSurfaces:
         shape_errors = wp.array(facet_errors(mesh, divisions), dtype=real, device=device)
         starts, neighbours = (wp.array(a, dtype=wp.int32, device=device) for a in (around.indptr, around.indices))
         self._launches = [
-            wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=device, record_cmd=True)
+            Launch(kernel, count, inputs, outputs, device, GRAIN)
             for kernel, inputs, outputs in (
                 (facet_error.find_facet_errors, [elements, shape_errors, real(MARGIN)], [errors]),
                 (facet_error.largest_around, [errors, starts, neighbours], [self.errors.array]),

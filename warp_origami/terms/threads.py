@@ -1,0 +1,145 @@
+"""Threads that launch kernels on the CPU at the same time, each on a core of its own.
+
+Warp's CPU kernels run on the thread that launches them, and recorded launches release the interpreter's lock. Threads
+are kept on cores of their own while they are in use: an unpinned thread wakes up on the core of the one that waits for
+it, and nothing runs at the same time.
+"""
+
+import os
+import queue
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import psutil
+
+Task = Callable[[], None]
+
+LOOK = 0.05
+"""Seconds for which cores are watched before some of them are chosen."""
+
+
+class Team:
+    """The calling thread and `size` - 1 more."""
+
+    def __init__(self, cores: Sequence[int] = (0,)) -> None:
+        self.size = len(cores)
+        self._workers = [_Worker(core) for core in cores[1:]]
+        self._busy = threading.Lock()
+
+    def run(self, work: Sequence[Sequence[Task]]) -> None:
+        """Runs work[i] on thread i, the first on this one, and returns when all is done.
+
+        What a thread raises is raised here. While another caller has the team, all runs on this thread.
+        """
+        if self.size == 1 or not self._busy.acquire(blocking=False):
+            for tasks in work:
+                _run(tasks)
+            return
+        try:
+            given = [(worker, tasks) for worker, tasks in zip(self._workers, work[1:], strict=False) if tasks]
+            for worker, tasks in given:
+                worker.start(tasks)
+            try:
+                _run(work[0])
+            finally:
+                errors = [worker.wait() for worker, _ in given]
+            for error in errors:
+                if error is not None:
+                    raise error
+        finally:
+            self._busy.release()
+
+    def end(self) -> None:
+        """Ends the threads."""
+        for worker in self._workers:
+            worker.end()
+
+
+class _Worker:
+    """A thread that waits for tasks."""
+
+    def __init__(self, core: int) -> None:
+        self._tasks: queue.SimpleQueue = queue.SimpleQueue()
+        self._done: queue.SimpleQueue = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._loop, args=(core,), name=f"kernels on core {core}", daemon=True)
+        self._thread.start()
+
+    def start(self, tasks: Sequence[Task]) -> None:
+        self._tasks.put(tasks)
+
+    def wait(self) -> BaseException | None:
+        return self._done.get()
+
+    def end(self) -> None:
+        self._tasks.put(None)
+        self._thread.join()
+
+    def _loop(self, core: int) -> None:
+        _pin({core})
+        while (tasks := self._tasks.get()) is not None:
+            try:
+                _run(tasks)
+                self._done.put(None)
+            except BaseException as error:  # raised again by the thread that waits
+                self._done.put(error)
+
+
+_team = Team()
+
+
+def team() -> Team:
+    """The threads in use."""
+    return _team
+
+
+@contextmanager
+def use_threads(count: int) -> Iterator[Team]:
+    """Launches kernels on so many threads, at most as many as there are cores, until the end of the block."""
+    global _team
+    before, cores = _team, _cores(count)
+    if len(cores) == 1:
+        yield before
+        return
+    home = _affinity()
+    _pin({cores[0]})
+    _team = Team(cores)
+    try:
+        yield _team
+    finally:
+        _team.end()
+        _team = before
+        _pin(home)
+
+
+def available_cores() -> int:
+    """Number of cores that this process may use."""
+    return len(_affinity())
+
+
+def _cores(count: int) -> list[int]:
+    """So many of the cores that this process may use, those with the least to do."""
+    cores = sorted(_affinity())
+    if count >= len(cores):
+        return cores
+    if count == 1:
+        return cores[:1]
+    load = psutil.cpu_percent(LOOK, percpu=True)
+    return sorted(sorted(cores, key=lambda core: load[core] if core < len(load) else 0.0)[:count])
+
+
+def _affinity() -> set[int]:
+    if hasattr(os, "sched_getaffinity"):
+        return os.sched_getaffinity(0)
+    return set(range(os.cpu_count() or 1))
+
+
+def _pin(cores: set[int]) -> None:
+    """Keeps this thread on some cores, where the system can do that."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, cores)
+
+
+def _run(tasks: Sequence[Task]) -> None:
+    for task in tasks:
+        task()
