@@ -5,7 +5,7 @@ U = sum_I U(g_I, eps_n)    over nodes I and layers, g_I < 0
 
 import warp as wp
 
-from .point_gap import Contacts, Masters, Pairs, write_contact
+from .point_gap import Contacts, Masters, Motion, Pairs, write_contact
 from .precision import real, vec3
 
 
@@ -13,12 +13,14 @@ from .precision import real, vec3
 def nts_contacts(
     positions: wp.array(dtype=vec3),
     reach: real,
+    seen: real,
     masters: Masters,
     pairs: Pairs,
+    motion: Motion,
     begin: int,
     # out
     contacts: Contacts,
 ):
     """Gaps of nodes, one thread per pair."""
     pair = begin + wp.tid()
-    write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, contacts)
+    write_contact(pair, positions[pairs.points[pair]], reach, seen, masters, pairs, motion, contacts)

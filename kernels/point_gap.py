@@ -61,16 +61,34 @@ class Masters:
 class Pairs:
     """Slave point and layer pairs.
 
-    points: slave point of each pair; candidates[starts : ends]: sub-triangles of its layer; thickness: h, m; sides:
-    +1, -1, FREE or UNKNOWN.
+    points, layers: slave point and layer of each pair; candidates[starts : ends]: sub-triangles of the layer;
+    thickness: h, m; sides: +1, -1, FREE or UNKNOWN; least: how far at least the sub-triangles were from the point in
+    the accepted state, m, negative where it was through.
     """
 
     points: wp.array(dtype=wp.int32)
+    layers: wp.array(dtype=wp.int32)
     starts: wp.array(dtype=wp.int32)
     ends: wp.array(dtype=wp.int32)
     candidates: wp.array(dtype=wp.int32)
     thickness: wp.array(dtype=real)
     sides: wp.array(dtype=wp.int32)
+    least: wp.array(dtype=real)
+
+
+@wp.struct
+class Motion:
+    """Motion since the accepted state.
+
+    slaves: positions of the slave points in that state, m; shifts, spreads: no node of a layer has moved by more than
+    its spread, m, from being shifted; error: largest error of all elements (one number, m). Infinite spreads and error
+    where nothing is known: then every pair is looked at.
+    """
+
+    slaves: wp.array(dtype=vec3)
+    shifts: wp.array(dtype=vec3)
+    spreads: wp.array(dtype=real)
+    error: wp.array(dtype=real)
 
 
 @wp.struct
@@ -79,7 +97,7 @@ class Contacts:
 
     gaps: g, m; normals: dg/dx; elements, shapes: element of the closest point and its shape functions
     there (these for g < 0 only); distances: d, m; outer: whether the closest point is on the layer's outer boundary;
-    heights: signed distance from the layer's tangent plane there, m.
+    heights: signed distance from the layer's tangent plane there, m; facets: distance of the sub-triangles, m.
     """
 
     gaps: wp.array(dtype=real)
@@ -88,6 +106,7 @@ class Contacts:
     shapes: wp.array(dtype=vec9)
     distances: wp.array(dtype=real)
     heights: wp.array(dtype=real)
+    facets: wp.array(dtype=real)
     outer: wp.array(dtype=wp.bool)
 
 
@@ -276,19 +295,55 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def write_contact(pair: int, x: vec3, reach: real, masters: Masters, pairs: Pairs, contacts: Contacts):
-    """Gap and direction of one pair; no contact beyond `reach` (m), up to where the candidates are complete.
+def farthest_of_interest(pair: int, x: vec3, seen: real, pairs: Pairs, motion: Motion):
+    """Distance of sub-triangles, m, beyond which a pair can have no force; negative where it has none for sure.
 
-    Where the sub-triangles alone say that there is no force, what they say of the distance is kept.
+    Against a layer a point moves no more than `change`. So it presses on the side where it was only within the
+    thickness, and has gone through by no more than `change` less its distance then. Beyond that, a point on the other
+    side of what is nearest has gone through nothing: another part of the layer is nearest.
     """
+    layer = pairs.layers[pair]
+    change = wp.length(x - motion.slaves[pairs.points[pair]] - motion.shifts[layer]) + motion.spreads[layer]
+    least = pairs.least[pair]
+    presses = pairs.thickness[pair] + motion.error[0]
+    farthest = wp.min(seen, wp.max(presses, change - least))
+    if pairs.sides[pair] == UNKNOWN:
+        farthest = seen
+    elif pairs.sides[pair] == FREE:
+        farthest = wp.min(seen, presses)
+    if least - change > farthest:
+        farthest = real(-1.0)
+    return farthest
+
+
+@wp.func
+def write_contact(
+    pair: int, x: vec3, reach: real, seen: real, masters: Masters, pairs: Pairs, motion: Motion, contacts: Contacts
+):
+    """Gap and direction of one pair; no contact beyond `reach` (m).
+
+    Distances are found up to `seen`, m, not beyond where the candidates are complete. Where the sub-triangles alone
+    say that there is no force, what they say of the distance is kept.
+    """
+    farthest = farthest_of_interest(pair, x, seen, pairs, motion)
     start = pairs.starts[pair]
     end = pairs.ends[pair]
-    p = facet_point(masters, pairs.candidates, start, end, x, reach)
+    p = LayerPoint()
+    p.element = NONE
+    if farthest >= real(0.0):
+        p = facet_point(masters, pairs.candidates, start, end, x, farthest)
     if p.element < 0:
         contacts.gaps[pair] = NO_CONTACT
         contacts.distances[pair] = NO_CONTACT
+        contacts.facets[pair] = NO_CONTACT
         return
     side = pairs.sides[pair]
+    contacts.facets[pair] = wp.abs(p.distance)
+    if wp.abs(p.distance) > reach:
+        contacts.gaps[pair] = NO_CONTACT
+        contacts.distances[pair] = p.distance
+        contacts.elements[pair] = p.element
+        return
     gap = side_of(p, side) * p.distance - pairs.thickness[pair]
     near = gap <= masters.errors[p.element] or side == UNKNOWN
     if near and wp.abs(p.distance) <= masters.zone:

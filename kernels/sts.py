@@ -8,7 +8,7 @@ of eps_s, because each of two surfaces is slave to the other: together they are 
 
 import warp as wp
 
-from .point_gap import Contacts, Masters, Pairs, write_contact
+from .point_gap import Contacts, Masters, Motion, Pairs, write_contact
 from .precision import real, vec3
 
 
@@ -16,12 +16,14 @@ from .precision import real, vec3
 def sts_contacts(
     positions: wp.array(dtype=vec3),
     reach: real,
+    seen: real,
     masters: Masters,
     pairs: Pairs,
+    motion: Motion,
     begin: int,
     # out
     contacts: Contacts,
 ):
     """Gaps of integration points, one thread per pair."""
     pair = begin + wp.tid()
-    write_contact(pair, positions[pairs.points[pair]], reach, masters, pairs, contacts)
+    write_contact(pair, positions[pairs.points[pair]], reach, seen, masters, pairs, motion, contacts)

@@ -59,7 +59,8 @@ class NarrowPhase:
         sts_count: number of pairs whose slave is an integration point; they come first.
         thickness: (n,) distance at which each pair begins to press, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
-        gaps, normals, elements, shapes, distances, heights, outer: buffers, see point_gap.Contacts.
+        least: (n,) buffer of how far the sub-triangles were at least in the accepted state, m.
+        gaps, normals, elements, shapes, distances, heights, facets, outer: buffers, see point_gap.Contacts.
         reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
@@ -68,8 +69,10 @@ class NarrowPhase:
         pairs: LayerPairs,
         thickness: np.ndarray,
         sides: np.ndarray,
+        layers: np.ndarray,
         slaves: wp.array,
         masters: point_gap.Masters,
+        motion: point_gap.Motion,
         kernels: SlaveKernels,
         reach: float,
         device: str,
@@ -88,12 +91,14 @@ class NarrowPhase:
             if end > first
         ]
         self._counts: tuple[int, ...] = ()
+        self._seen = reach
         self.reached = np.zeros(0, dtype=int)
 
         self.sides = Buffer(count, wp.int32, device)
         self.sides.write(sides[order])
         given = point_gap.Pairs()
         given.points = wp.array(self.points, dtype=wp.int32, device=device)
+        given.layers = wp.array(layers[order], dtype=wp.int32, device=device)
         given.starts = wp.array(pairs.starts[:-1][order], dtype=wp.int32, device=device)
         given.ends = wp.array(pairs.starts[1:][order], dtype=wp.int32, device=device)
         given.candidates = wp.array(pairs.candidates, dtype=wp.int32, device=device)
@@ -101,10 +106,12 @@ class NarrowPhase:
         self.set_thickness(self.thickness)
         given.thickness = self._thickness.array
         given.sides = self.sides.array
+        self.least = Buffer(count, real, device)
+        given.least = self.least.array
 
         contacts = point_gap.Contacts()
         kinds = {"normals": vec3, "shapes": vec9, "elements": wp.int32, "outer": wp.bool}
-        for name in ("gaps", "normals", "elements", "shapes", "distances", "heights", "outer"):
+        for name in ("gaps", "normals", "elements", "shapes", "distances", "heights", "facets", "outer"):
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
             setattr(contacts, name, buffer.array)
@@ -112,7 +119,7 @@ class NarrowPhase:
             Launch(
                 kernel,
                 len(found_at),
-                [slaves, real(reach), masters, given],
+                [slaves, real(reach), real(reach), masters, given, motion],
                 [contacts],
                 device,
                 GRAIN,
@@ -127,15 +134,31 @@ class NarrowPhase:
         self.thickness = thickness
         self._thickness.write(thickness)
 
-    def launch(self, moved: float) -> None:
-        """Evaluates all pairs within reach; `moved` (m) is how far any point has gone since the pairs were found."""
-        counts = tuple(int(np.searchsorted(g[1], self._reach + 2.0 * moved, side="right")) for g in self._groups)
+    def launch(self, moved: float, farther: float = 0.0) -> None:
+        """Evaluates all pairs within reach.
+
+        Args:
+            moved: how far any point has gone since the pairs were found, m.
+            farther: m beyond the reach, up to where distances are found too.
+        """
+        seen = self._reach + farther
+        counts = tuple(int(np.searchsorted(g[1], seen + 2.0 * moved, side="right")) for g in self._groups)
+        if seen != self._seen:
+            self._seen = seen
+            for command in self._launches:
+                command.set_param("seen", real(seen))
         if counts != self._counts:
             self._counts = counts
             self.reached = np.concatenate([g[0] + np.arange(n) for g, n in zip(self._groups, counts, strict=True)])
         for command, count in zip(self._launches, counts, strict=True):
             command.set_dim(count)
         launch_together(self._launches)
+
+    def least_distances(self) -> np.ndarray:
+        """How far the sub-triangles of each pair are at least in the state that was evaluated last, (n,), m."""
+        least = np.full(len(self.keys), self._seen)
+        least[self.reached] = np.minimum(self.facets.read()[self.reached], self._seen)
+        return least
 
     def sorted_by_key(self, where: np.ndarray) -> np.ndarray:
         """`where` in the order of the pairs' names, which does not depend on when they were found."""

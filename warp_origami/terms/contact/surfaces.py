@@ -27,6 +27,7 @@ from ..buffers import Buffer
 from ..shapes import flat_of
 from .active_pairs import ActivePairs
 from .law import contact_law
+from .layer_motion import LayerMotion
 from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveKernels
 from .points import build_points
@@ -36,6 +37,9 @@ from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
 from .summary import ContactSummary, summarize
 from .swept import relative_motion
 from .thickness import CREASE_RATIO, build_thickness, margin_of, reach_of
+
+ROUND_OFF = 1e-9
+"""Share of the margin that is left for round-off."""
 
 REBUILD_FRACTION = 0.45
 """Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
@@ -95,7 +99,10 @@ class SurfaceContact:
         self._built_at: np.ndarray | None = None
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
+        self._accepted_least = np.zeros(0)
         self._accepted_q = np.array(initial_q)
+        self._motion = LayerMotion(submesh, self._points.node_count, self._points.slave_count, device)
+        self._motion.accept(start)
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._active = np.zeros(0, dtype=int)
         self._narrow: NarrowPhase | None = None
@@ -108,8 +115,9 @@ class SurfaceContact:
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
-        self._evaluate(q)
+        self._evaluate(q, everything=True)
         self._accepted_q = np.array(q)
+        self._motion.accept(self._positions)
         self._take_sides()
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
@@ -175,7 +183,7 @@ class SurfaceContact:
 
     def _least_distances(self, keys: np.ndarray) -> np.ndarray:
         """Distance that pairs have at least in the accepted state, where evaluation ends, m; up to the reach."""
-        self._evaluate(self._accepted_q)
+        self._evaluate(self._accepted_q, everything=True)
         result = np.full(len(keys), self._reach)
         state = self._narrow
         if state is None:
@@ -204,6 +212,7 @@ class SurfaceContact:
             "q": self._accepted_q,
             "pairs": self._accepted_keys,
             "sides": self._accepted_sides,
+            "least": self._accepted_least,
             "thickness": self._table.values,
         }
 
@@ -212,10 +221,12 @@ class SurfaceContact:
         self._accepted_q = np.array(state["q"])
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
+        self._accepted_least = np.array(state["least"])
         self._table = replace(self._table, values=np.array(state["thickness"]))
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._built_at = None
-        self._evaluate(self._accepted_q)
+        self._motion.accept(self._interpolation @ self._accepted_q)
+        self._evaluate(self._accepted_q, everything=True)
 
     def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
         """Sides in the start state; returns the layers whose order is unknown."""
@@ -223,6 +234,7 @@ class SurfaceContact:
         self._rebuild()
         if self._narrow is None:
             return np.zeros((0, 2), dtype=int)
+        self._motion.forget()
         self._launch()
         self._free_start()
         state = self._narrow
@@ -256,6 +268,7 @@ class SurfaceContact:
         """Sides at the accepted state, which has just been evaluated."""
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
+        self._accepted_least = np.zeros(0)
         state = self._narrow
         if state is None:
             return
@@ -263,8 +276,12 @@ class SurfaceContact:
         sides[state.reached] = sides_at(state, self._thickness, self._touching)
         sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
         known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
-        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
+        least = state.least_distances()
+        on_other_side = state.reached[sides[state.reached] * state.distances.read()[state.reached] < 0.0]
+        least[on_other_side] *= -1.0
+        self._accepted_keys, self._accepted_sides, self._accepted_least = state.keys[known], sides[known], least[known]
         state.sides.write(sides)
+        state.least.write(least)
 
     def _regain_thickness(self) -> None:
         """Effective thickness after the accepted state, which has just been evaluated."""
@@ -274,7 +291,7 @@ class SurfaceContact:
         if state is None:
             self._table = self._table.regained(np.zeros(0, dtype=np.int64), np.zeros(0))
             return
-        at = state.reached
+        at = state.reached[np.abs(state.distances.read()[state.reached]) <= self._reach]
         # sub-triangles alone tell the distance only up to their error; what touches regains nothing
         errors = self._surfaces.errors.read()[state.elements.read()[at]]
         distances = (1.0 - 1e-9) * (np.abs(state.distances.read()[at]) - errors)
@@ -282,20 +299,25 @@ class SurfaceContact:
         self._table = self._table.regained(state.keys[at], distances)
         state.set_thickness(self._table.of(state.keys))
 
-    def _evaluate(self, q: np.ndarray) -> None:
-        """Gaps of all pairs at q."""
+    def _evaluate(self, q: np.ndarray, everything: bool = False) -> None:
+        """Gaps of all pairs at q, of those that can touch or of `everything` that is near."""
         self._place(q)
         if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
             self._rebuild()
         state = self._narrow
         if state is None:
             return
-        self._launch()
+        if everything:
+            self._motion.forget()
+        else:
+            self._motion.follow(self._positions, float(self._surfaces.errors.read().max()))
+        farther = (self._margin - 2.0 * self._moved) * (1.0 - ROUND_OFF) if everything else 0.0
+        self._launch(farther)
         near = np.abs(state.distances.read()[state.reached]) <= self._reach
         unknown = state.reached[near & (state.sides.read()[state.reached] == UNKNOWN)]
         if len(unknown):
             self._look_up_sides(state.sorted_by_key(unknown), q)
-            self._launch()
+            self._launch(farther)
 
     def _place(self, q: np.ndarray) -> None:
         """Brings the surface and its points to `q`."""
@@ -306,9 +328,9 @@ class SurfaceContact:
         self._slaves.write(positions[self._points.node_count :])
         self._surfaces.place(q)
 
-    def _launch(self) -> None:
+    def _launch(self, farther: float = 0.0) -> None:
         state = self._narrow
-        state.launch(self._moved)
+        state.launch(self._moved, farther)
         self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
 
     def _rebuild(self) -> None:
@@ -317,6 +339,8 @@ class SurfaceContact:
         pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
         self._active = np.zeros(0, dtype=int)
         self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
+        if self._narrow is not None:
+            self._narrow.least.write(self._known_least(self._narrow.keys))
 
     def _known_sides(self, keys: np.ndarray) -> np.ndarray:
         """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
@@ -328,13 +352,24 @@ class SurfaceContact:
         sides[np.isin(keys, self._forgotten)] = FREE
         return sides
 
+    def _known_least(self, keys: np.ndarray) -> np.ndarray:
+        """How far sub-triangles of pairs were at least in the accepted state, 0 where that is not known, m."""
+        least = np.zeros(len(keys))
+        if len(self._accepted_keys):
+            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
+            known = self._accepted_keys[place] == keys
+            least[known] = self._accepted_least[place[known]]
+        return least
+
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
         return NarrowPhase(
             pairs,
             self._table.of(pairs.keys),
             sides,
+            self._search.layers_of(pairs.keys),
             self._slaves.array,
             self._surfaces.masters,
+            self._motion.motion,
             self._kernels,
             self._reach if reach is None else reach,
             self._device,
