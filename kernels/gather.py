@@ -28,20 +28,17 @@ def gather_vectors(
 
 
 @wp.kernel(enable_backward=False, module="warp_origami.kernels.element")
-def gather_symmetric(
+def gather_scalars(
     indptr: wp.array(dtype=wp.int32),
     index: wp.array(dtype=wp.int32),
     weight: wp.array(dtype=real),
-    lower: wp.array(dtype=wp.int32),
-    upper: wp.array(dtype=wp.int32),
     values: wp.array(dtype=real),
     # out
     out: wp.array(dtype=real),
 ):
-    """Entry of the lower triangle of a symmetric sparse matrix, written to both of its slots, one thread per entry."""
+    """Weighted sum of entries of element tangents into one entry of a sparse matrix, one thread per entry."""
     i = wp.tid()
     total = real(0.0)
     for k in range(indptr[i], indptr[i + 1]):
         total += weight[k] * values[index[k]]
-    out[lower[i]] = total
-    out[upper[i]] = total
+    out[i] = total

@@ -103,7 +103,9 @@ class Integrator(Table):
     quadrature: Annotated[Count, Field(le=8)] = Field(
         default=6, description="an integer from 1 to 8: degree of the polynomials that elements integrate exactly"
     )
-    linear_solver: Literal["auto", "scipy"] = Field(default="auto", description='"auto" or "scipy"')
+    linear_solver: Literal["auto", "scipy", "pardiso", "cudss"] = Field(
+        default="auto", description='"auto", "scipy", "pardiso" (extra "fast") or "cudss" (extra "cuda")'
+    )
 
 
 def _no_repeats(values: tuple[str, ...]) -> tuple[str, ...]:

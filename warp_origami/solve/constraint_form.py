@@ -14,16 +14,15 @@ of the method. Every iterate satisfies C q = d(t), the equations being linear. B
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import bmat, csc_matrix, csr_matrix, diags, identity, kron, spmatrix
+from scipy.sparse import bmat, csr_matrix, identity
 
 from warp_origami.clock import PhaseClock
 from warp_origami.system import Linearization, System
-from warp_origami.terms.sparsity import ReducedSparsity
+from warp_origami.terms.symmetric import SymmetricMatrix
 
+from .bordered import BorderedPattern
 from .linear import Factor, LinearSolver, choose_solver
-
-SKEW = 1e-13
-"""Skew part over the largest entry of the tangent below which it is round-off: pressure on a held rim is symmetric."""
+from .reduced_tangent import ReducedTangent
 
 
 class ConstraintForm(Protocol):
@@ -46,40 +45,6 @@ class NewtonFactor(Protocol):
         """(3n,) d that minimizes gradient . d + d . J d / 2 over C d = 0."""
 
 
-class ReducedTangent:
-    """T^T J T of fixed sparsity plus what contact and pressure on free edges add."""
-
-    def __init__(self, system: System, null_space: csr_matrix, metric: csr_matrix):
-        self.null_space = null_space
-        if null_space is system.constraints.null_space:
-            self.sparsity = system.reduced_sparsity
-        else:
-            coordinates = system.coordinates
-            self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
-        reduced = null_space.T @ kron(metric, identity(3), format="csr") @ null_space
-        self.metric_values = self.sparsity.values_of(reduced.tocsc())
-        self.damping_values = np.zeros_like(self.metric_values)
-
-    def hold_damping(self, linearization: Linearization) -> None:
-        self.damping_values = self.sparsity.values(linearization.blocks).copy()
-
-    def matrix(self, linearization: Linearization, multiple: float, damping: float) -> tuple[csc_matrix, bool]:
-        """The matrix, and whether it is symmetric."""
-        values = self.sparsity.values(linearization.blocks) + multiple * self.metric_values
-        if damping:
-            values = values + damping * self.damping_values
-        matrix: spmatrix = self.sparsity.matrix(values)
-        if linearization.contact_rows is not None and linearization.contact_rows.shape[0] > 0:
-            rows = linearization.contact_rows @ self.null_space
-            matrix = matrix + rows.T @ diags(linearization.contact_weights) @ rows
-        if linearization.skew is None:
-            return matrix.tocsc(), True
-        skew = self.null_space.T @ linearization.skew @ self.null_space
-        if np.abs(skew.data).max(initial=0.0) <= SKEW * np.abs(values).max(initial=0.0):
-            return matrix.tocsc(), True
-        return (matrix + skew).tocsc(), False
-
-
 class Eliminated:
     """Constraints eliminated through the null space: y = slopes along creases and free coordinates."""
 
@@ -98,9 +63,11 @@ class Eliminated:
 
     def factorize(self, linearization: Linearization, multiple: float, damping: float) -> "NewtonFactor | None":
         with self.clock.phase("assembly"):
-            matrix, symmetric = self.tangent.matrix(linearization, multiple, damping)
+            matrix = self.tangent.symmetric(linearization, multiple, damping)
+            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0))
+            given, solver = (matrix, self.solver) if skew is None else (matrix.full() + skew, self.general_solver)
         with self.clock.phase("factorization"):
-            factor = (self.solver if symmetric else self.general_solver).factorize(matrix)
+            factor = solver.factorize(given)
         return None if factor is None else _EliminatedFactor(self, factor)
 
 
@@ -110,8 +77,6 @@ class _EliminatedFactor:
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
         right = -(self.form.transposed @ gradient)
-        if len(right) == 0:  # everything is prescribed, and LAPACK knows no empty systems
-            return np.zeros_like(gradient)
         with self.form.clock.phase("solve"):
             return self.form.null_space @ self.factor.solve(right)
 
@@ -130,6 +95,7 @@ class Multipliers:
         self.least_multiple = least_multiple
         self.solver = choose_solver(linear_solver, size + self.equations.shape[0], "indefinite")
         self.general_solver = choose_solver(linear_solver, size + self.equations.shape[0], "general")
+        self.bordered: BorderedPattern | None = None
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)
@@ -137,11 +103,23 @@ class Multipliers:
     def factorize(self, linearization: Linearization, multiple: float, damping: float) -> "NewtonFactor | None":
         scale = 1.0 / (max(multiple, self.least_multiple) * self.mean_metric)
         with self.clock.phase("assembly"):
-            matrix, symmetric = self.tangent.matrix(linearization, multiple, damping)
-            system = bmat([[scale * matrix, self.equations.T], [self.equations, None]], format="csc")
+            matrix = self.tangent.symmetric(linearization, multiple, damping)
+            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0))
+            if skew is None:
+                given, solver = self._bordered(matrix, scale), self.solver
+            else:
+                tangent = scale * (matrix.full() + skew)
+                given = bmat([[tangent, self.equations.T], [self.equations, None]], format="csc")
+                solver = self.general_solver
         with self.clock.phase("factorization"):
-            factor = (self.solver if symmetric else self.general_solver).factorize(system)
+            factor = solver.factorize(given)
         return None if factor is None else _MultiplierFactor(self, factor, scale)
+
+    def _bordered(self, matrix: SymmetricMatrix, scale: float) -> SymmetricMatrix:
+        """The matrix of the multiplier form."""
+        if self.bordered is None or self.bordered.inner is not matrix.pattern:
+            self.bordered = BorderedPattern(matrix.pattern, self.equations)
+        return self.bordered.matrix(scale * matrix.values)
 
 
 class _MultiplierFactor:

@@ -10,7 +10,7 @@ it hides (rigid motions, sheets without stress) are reported as zero.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import eigh
@@ -18,10 +18,11 @@ from scipy.sparse import csc_matrix, csr_matrix
 
 from warp_origami.system import System
 from warp_origami.terms.external import ExternalForce
+from warp_origami.terms.symmetric import symmetric_part
 
 from .block_lanczos import lowest_pairs
-from .constraint_form import ReducedTangent
 from .linear import Factor, choose_solver
+from .reduced_tangent import ReducedTangent
 from .result import Failure
 
 DENSE = 500
@@ -103,7 +104,7 @@ class Modes:
         clock = self.system.clock
         linearization = self.system.linearize(q, external)
         with clock.phase("assembly"):
-            stiffness, _ = self.tangent.matrix(replace(linearization, skew=None), 0.0, 0.0)
+            stiffness = self.tangent.symmetric(linearization, 0.0, 0.0).full()
         size = stiffness.shape[0]
         count = min(self.count, size)
         if count == 0:
@@ -135,7 +136,7 @@ class Modes:
         """Factor of K - shift M, the shift below the lowest eigenvalue."""
         for power in range(SHIFTS):
             shift = -SMALLEST_SHIFT * largest * 10.0**power
-            factor = self.solver.factorize((stiffness - shift * self.mass).tocsc())
+            factor = self.solver.factorize(symmetric_part(stiffness - shift * self.mass))
             if factor is not None:
                 return factor
         return None

@@ -4,16 +4,14 @@ An equilibrium is stable if the potential energy has a minimum there: the symmet
 has no negative eigenvalue. Their number is that of the negative pivots of its LDL^T (Sylvester).
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from warp_origami.system import System
 from warp_origami.terms.external import ExternalForce
 
-from .constraint_form import ReducedTangent
 from .linear import negative_pivots
 from .modal import RESOLUTION
+from .reduced_tangent import ReducedTangent
 
 SHIFTS = (1.0, 3.0, 10.0)
 """Several, for a pivot may vanish by chance."""
@@ -56,8 +54,8 @@ def _negative_eigenvalues(system: System, q: np.ndarray, external: ExternalForce
     linearization = system.linearize(q, external)
     with system.clock.phase("assembly"):
         tangent = ReducedTangent(system, null_space, system.mass)
-        _, symmetric = tangent.matrix(linearization, 0.0, 0.0)
-        stiffness, _ = tangent.matrix(replace(linearization, skew=None), 0.0, 0.0)
+        stiffness = tangent.symmetric(linearization, 0.0, 0.0).full()
+        symmetric = tangent.skew(linearization, np.abs(stiffness.data).max(initial=0.0)) is None
         mass = tangent.sparsity.matrix(tangent.metric_values)
     resolution = RESOLUTION * float(np.max(np.abs(stiffness.diagonal()) / mass.diagonal()))
     with system.clock.phase("factorization"):

@@ -1,0 +1,49 @@
+"""Which solver factorizes what."""
+
+from warp_origami.errors import InputError
+
+from . import cudss, pardiso
+from .cudss import CuDSS
+from .dense import DenseCholesky, DenseIndefinite, DenseLU
+from .interface import Kind, LinearSolver
+from .multifrontal import Multifrontal
+from .pardiso import Pardiso
+from .superlu import SparseLU
+
+DENSE_DEFINITE, DENSE_OTHER = 60, 200
+"""Unknowns up to which dense LAPACK is as fast as the sparse solvers that come with SciPy."""
+
+PARDISO_DEFINITE, PARDISO_OTHER = 20_000, 1500
+"""Unknowns from which on "auto" takes PARDISO, where it is installed; see docs/solvers.md for what was measured."""
+
+NAMES = ("auto", "scipy", "pardiso", "cudss")
+
+
+def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
+    """The solver that a scene names (`linear_solver`), or what suits `size` unknowns for "auto".
+
+    Raises:
+        InputError: no such solver, or not in this installation.
+    """
+    if name not in NAMES:
+        raise InputError("integrator.linear_solver", repr(name), "one of " + ", ".join(f'"{known}"' for known in NAMES))
+    if name == "cudss":
+        _require(cudss.is_installed(), name, "cuda")
+        return CuDSS(kind)
+    if name == "pardiso":
+        _require(pardiso.is_installed(), name, "fast")
+        return Pardiso(kind)
+    large = size >= (PARDISO_DEFINITE if kind == "definite" else PARDISO_OTHER)
+    if name == "auto" and large and pardiso.is_installed():
+        return Pardiso(kind)
+    if kind == "definite":
+        return DenseCholesky() if size <= DENSE_DEFINITE else Multifrontal()
+    if size > DENSE_OTHER:
+        return SparseLU()
+    return DenseIndefinite() if kind == "indefinite" else DenseLU()
+
+
+def _require(installed: bool, name: str, extra: str) -> None:
+    if not installed:
+        wants = f'an installation with the extra "{extra}": pip install "warp-origami[{extra}]"'
+        raise InputError("integrator.linear_solver", f'"{name}", which is not installed', wants)

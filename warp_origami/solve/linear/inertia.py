@@ -1,0 +1,23 @@
+"""Number of negative eigenvalues of a symmetric matrix: that of the negative pivots of its LDL^T (Sylvester)."""
+
+import numpy as np
+from scipy.sparse import csc_matrix
+
+from warp_origami.terms.symmetric import symmetric_part
+
+from . import pardiso
+from .superlu import without_pivoting
+
+LARGE = 3000
+"""Unknowns from which on PARDISO, where installed, counts faster than SuperLU."""
+
+
+def negative_pivots(matrix: csc_matrix) -> int | None:
+    """Number of negative eigenvalues of a symmetric sparse matrix.
+
+    None where they cannot be told: a pivot vanished, and the matrix is singular or rows were exchanged.
+    """
+    if matrix.shape[0] >= LARGE and pardiso.is_installed():
+        return pardiso.negative_pivots(symmetric_part(matrix))
+    factor = without_pivoting(matrix)
+    return None if factor is None else int(np.sum(factor.U.diagonal() < 0.0))
