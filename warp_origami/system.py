@@ -135,28 +135,33 @@ class System:
         c = self.coordinates
         return ReducedSparsity(c.elements, c.count, self.constraints.null_space, self.device)
 
-    def evaluate(self, q: np.ndarray) -> Evaluation:
-        """Energies and gradient at q (n, 3)."""
+    def evaluate(self, q: np.ndarray, contact: bool = True) -> Evaluation:
+        """Energies and gradient at q (n, 3), with contact or as if layers passed through each other."""
         with self.clock.phase("assembly"):
             energy, gradient = self.membrane.gradient(q)
-        if self.contact is None:
+        if self.contact is None or not contact:
             return Evaluation(energy, 0.0, gradient)
         with self.clock.phase("contact"):
             contact_energy, contact_gradient = self.contact.gradient(q)
         return Evaluation(energy, contact_energy, gradient + contact_gradient)
 
     def linearize(
-        self, q: np.ndarray, external: ExternalForce | None = None, mixed: bool = False, geometric: bool = True
+        self,
+        q: np.ndarray,
+        external: ExternalForce | None = None,
+        mixed: bool = False,
+        geometric: bool = True,
+        contact: bool = True,
     ) -> Linearization:
         """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given;
-        `mixed` and `geometric` as in Membrane.linearize."""
+        `mixed` and `geometric` as in Membrane.linearize, `contact` as in evaluate."""
         with self.clock.phase("assembly"):
             _, gradient = self.membrane.linearize(q, mixed, geometric)
             blocks, skew = self.membrane.blocks, None
             if external is not None and external.pressures:
                 external.add_stiffness(q, blocks)
                 skew = external.skew_stiffness(q)
-        if self.contact is None:
+        if self.contact is None or not contact:
             return Linearization(gradient, blocks, skew=skew)
         with self.clock.phase("contact"):
             _, contact_gradient, rows, weights = self.contact.tangent(q)
@@ -173,6 +178,13 @@ class System:
             return None
         with self.clock.phase("contact"):
             return self.friction.between(self.contact.active_pairs(), q)
+
+    def touches(self, q: np.ndarray) -> bool:
+        """Whether layers press on each other at q (n, 3)."""
+        if self.contact is None:
+            return False
+        with self.clock.phase("contact"):
+            return self.contact.gradient(q)[0] > 0.0
 
     def accept(self, q: np.ndarray) -> None:
         """Tells the terms with memory (sides of contact pairs) that q is an accepted state."""

@@ -36,6 +36,7 @@ class StepPotential:
         damping_matrix: K_0, (3n, 3n), None without stiffness damping.
         factor: of the last linearization.
         friction: with what it holds; None without.
+        contact: whether layers press on each other, or are taken to pass through each other.
         touching: whether anything pressed in the state last looked at.
     """
 
@@ -46,10 +47,11 @@ class StepPotential:
     damping_matrix: csc_matrix | None = None
     factor: NewtonFactor | None = None
     friction: Friction | None = None
+    contact: bool = True
     touching: bool = False
 
     def gradient(self, q: np.ndarray) -> np.ndarray:
-        evaluation = self.system.evaluate(q.reshape(-1, 3))
+        evaluation = self.system.evaluate(q.reshape(-1, 3), self.contact)
         self.touching = evaluation.contact_energy > 0.0
         return self._balance(q, evaluation.gradient)
 
@@ -81,7 +83,7 @@ class StepPotential:
 
     def _linearization(self, q: np.ndarray, **options: bool) -> Linearization:
         x = q.reshape(-1, 3)
-        linearization = self.system.linearize(x, self.external, **options)
+        linearization = self.system.linearize(x, self.external, contact=self.contact, **options)
         self.touching = linearization.contact_rows is not None and linearization.contact_rows.shape[0] > 0
         return linearization if self.friction is None else self._with_friction(linearization, x)
 
