@@ -1,0 +1,77 @@
+"""Rows of the comparison, as a table on the screen, as CSV and as a plot of error against seconds."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from sheet import position_error, sag_error
+
+COLUMNS = (
+    "scene", "program", "version", "settings", "status", "steps", "setup_seconds", "loop_seconds", "cpu_seconds",
+    "total_seconds", "position_error_mm", "sag_error_mm", "energy_drift_percent", "peak_strain",
+)  # fmt: skip
+
+
+def row(case, answer: dict, reference: np.ndarray) -> dict:
+    """COLUMNS of one run."""
+    done = answer["status"] == "done"
+    values = {key: answer.get(key) for key in COLUMNS}
+    values.update(scene=case.job["scene"], program=case.program, settings=case.settings)
+    if done and case.job["scene"] == "swinging":
+        values["position_error_mm"] = 1e3 * position_error(answer["positions"], reference)
+    if done and case.job["scene"] == "sagging":
+        values["sag_error_mm"] = 1e3 * sag_error(answer["sags"])
+    if done:
+        values["energy_drift_percent"] = 1e2 * answer["energy_drift"]
+        values["total_seconds"] = answer.get("total_seconds", answer["setup_seconds"] + answer["loop_seconds"])
+    return values
+
+
+def line(values: dict) -> str:
+    """One row for the screen."""
+    start = f"{values['scene']:9} {values['program']:13} {values['settings']:34}"
+    if values["status"] != "done":
+        return f"{start} {values['status']}"
+    error = values["position_error_mm"] if values["scene"] == "swinging" else values["sag_error_mm"]
+    return (
+        f"{start} loop {values['loop_seconds']:8.2f} s  cpu {values['cpu_seconds']:8.2f} s  error {error:8.3f} mm  "
+        f"drift {values['energy_drift_percent']:9.4f} %  peak strain {values['peak_strain']:.2e}"
+    )
+
+
+def write(rows: list[dict], path: Path) -> None:
+    """Writes the rows as CSV."""
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for values in rows:
+            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in values.items()})
+
+
+def plot(rows: list[dict], path: Path) -> None:
+    """Error against seconds of the loop, one panel a scene."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, panels = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
+    texts = (
+        ("swinging", "position_error_mm", "position error at 0.4 s (mm)"),
+        ("sagging", "sag_error_mm", "error of mean sag (mm)"),
+    )
+    colours = {"MuJoCo": "C0", "Exudyn": "C1", "Newton": "C2", "warp_origami": "C3"}
+    for panel, (scene, key, text) in zip(panels, texts, strict=True):
+        for program, colour in colours.items():
+            mine = [r for r in rows if r["scene"] == scene and r["program"] == program and r["status"] == "done"]
+            drifts = [abs(r["energy_drift_percent"]) <= 0.01 or scene == "sagging" for r in mine]
+            for kept in (True, False):
+                xy = [(r["loop_seconds"], r[key]) for r, d in zip(mine, drifts, strict=True) if d == kept]
+                if xy:
+                    label = program if kept or not any(drifts) else None
+                    panel.plot(*zip(*xy, strict=True), "o", color=colour, mfc=colour if kept else "none", label=label)
+        panel.set(xscale="log", yscale="log", xlabel="wall seconds of the loop", ylabel=text, title=f"{scene} sheet")
+        panel.grid(True, which="both", alpha=0.2)
+        panel.legend()
+    panels[0].text(0.02, 0.02, "filled: energy drift of at most 0.01 %", transform=panels[0].transAxes, fontsize=8)
+    figure.savefig(path, dpi=110)
