@@ -23,26 +23,23 @@ def assemble_front(
     panels: wp.array(dtype=real),
     updates: wp.array(dtype=real),
 ):
-    """Clears the update of one front and adds those of its children; shape: k, m, first and last of `child`; offset: of
-    L11, L21, U, and of its own rows in `place`."""
-    k, m = shape[front, 0], shape[front, 1]
-    diagonal, below, own = offset[front, 0], offset[front, 1], offset[front, 2]
-    for j in range(m):
-        for i in range(j, m):
-            updates[own + wp.int64(j * m + i)] = real(0.0)
+    """Adds the updates of the children to one front; shape: k, m, first and last of `child`, rows that are pivots of
+    the parent; offset: of L11, L21, U, and of its own rows in `place`."""
+    k, m = wp.int64(shape[front, 0]), wp.int64(shape[front, 1])
     for which in range(shape[front, 2], shape[front, 3]):
         c = child[which]
-        size = shape[c, 1]
+        size, pivots = shape[c, 1], shape[c, 4]
+        rows = int(offset[c, 3])
         for j in range(size):
-            source = offset[c, 2] + wp.int64(j * size)
-            rows = offset[c, 3]
-            q = place[rows + wp.int64(j)]
-            for i in range(j, size):
-                p = place[rows + wp.int64(i)]
-                value = updates[source + wp.int64(i)]
-                if q >= k:
-                    updates[own + wp.int64((q - k) * m + p - k)] += value
-                elif p >= k:
-                    panels[below + wp.int64(q * m + p - k)] += value
-                else:
-                    panels[diagonal + wp.int64(q * k + p)] += value
+            q = wp.int64(place[rows + j])
+            source = offset[c, 2] + wp.int64(j) * wp.int64(size)
+            if j >= pivots:
+                own = offset[front, 2] + (q - k) * m - k
+                for i in range(j, size):
+                    updates[own + wp.int64(place[rows + i])] += updates[source + wp.int64(i)]
+            else:
+                diagonal, below = offset[front, 0] + q * k, offset[front, 1] + q * m - k
+                for i in range(j, pivots):
+                    panels[diagonal + wp.int64(place[rows + i])] += updates[source + wp.int64(i)]
+                for i in range(pivots, size):
+                    panels[below + wp.int64(place[rows + i])] += updates[source + wp.int64(i)]

@@ -33,11 +33,12 @@ def gather_scalars(
     index: wp.array(dtype=wp.int32),
     weight: wp.array(dtype=real),
     values: wp.array(dtype=real),
+    begin: int,
     # out
     out: wp.array(dtype=real),
 ):
     """Weighted sum of entries of element tangents into one entry of a sparse matrix, one thread per entry."""
-    i = wp.tid()
+    i = begin + wp.tid()
     total = real(0.0)
     for k in range(indptr[i], indptr[i + 1]):
         total += weight[k] * values[index[k]]

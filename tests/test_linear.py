@@ -1,6 +1,7 @@
 """Direct solvers: solutions, None instead of a factor, and what is kept from one factorization to the next."""
 
-import importlib.util
+import importlib
+import os
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from warp_origami.solve.linear.multifrontal import Multifrontal
 from warp_origami.solve.linear.pardiso import Pardiso
 from warp_origami.solve.linear.superlu import SparseLU
 from warp_origami.terms.symmetric import SymmetricMatrix, symmetric_part
+from warp_origami.terms.threads import use_threads
 
 needs_pardiso = pytest.mark.skipif(not pardiso.is_installed(), reason="pypardiso is not installed")
 
@@ -229,3 +231,14 @@ def test_large_matrices_are_counted_by_pardiso(monkeypatch):
     monkeypatch.setattr(inertia, "LARGE", 100)
     shifted = grid(12) - identity(432)
     assert negative_pivots(csc_matrix(shifted)) == np.sum(np.linalg.eigvalsh(shifted.toarray()) < 0.0)
+
+
+@needs_pardiso
+def test_pardiso_on_two_threads_solves_and_leaves_this_one_where_it_was():
+    matrix = symmetric_part(grid(20))
+    before = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
+    with use_threads(2):
+        found = Pardiso("definite").factorize(matrix).solve(np.ones(1200))
+    np.testing.assert_allclose(matrix.full() @ found, np.ones(1200), atol=1e-10)
+    if before is not None:
+        assert os.sched_getaffinity(0) == before

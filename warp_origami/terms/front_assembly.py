@@ -16,6 +16,8 @@ class FrontAssembly:
         children: children of all fronts, one front after the other.
         child_starts: (f + 1,) first one of each.
         places: of each further row of each front, its place among all rows of the parent.
+        pivots: (f,) how many of its further rows are pivots of the parent.
+        length: of all updates.
 
     Attributes:
         updates: all U, column after column.
@@ -28,9 +30,10 @@ class FrontAssembly:
         children: np.ndarray,
         child_starts: np.ndarray,
         places: np.ndarray,
+        pivots: np.ndarray,
         length: int,
     ) -> None:
-        shapes = np.column_stack([sizes, child_starts[:-1], child_starts[1:]]).astype(np.int32)
+        shapes = np.column_stack([sizes, child_starts[:-1], child_starts[1:], pivots]).astype(np.int32)
         self._updates = wp.zeros(length, dtype=real, device="cpu")
         self.updates = self._updates.numpy()
         self._tables = [

@@ -13,10 +13,14 @@ from warp_origami.kernels.membrane import NODES
 from warp_origami.kernels.precision import real
 
 from .buffers import Buffer
+from .launches import Launch
 from .symmetric import SymmetricPattern
 
 BLOCK = 9
 """Numbers in a 3x3 block."""
+
+GRAIN = 5000
+"""Entries that are worth a thread: 0.01 us each."""
 
 
 class ReducedSparsity:
@@ -47,7 +51,7 @@ class ReducedSparsity:
             wp.array(source[order], dtype=wp.int32, device=device, copy=False),
             wp.array(weight[order], dtype=real, device=device, copy=False),
         ]
-        self._launch: wp.Launch | None = None
+        self._launch: Launch | None = None
         self._bound: int | None = None
 
     def values(self, blocks: np.ndarray | wp.array) -> np.ndarray:
@@ -59,13 +63,13 @@ class ReducedSparsity:
             return self._values.read()
         flat = self._flatten(blocks)
         if self._bound != flat.ptr:
-            self._launch = wp.launch(
+            self._launch = Launch(
                 gather_scalars,
-                dim=len(self.pattern.indices),
-                inputs=[*self._inputs, flat],
-                outputs=[self._values.array],
-                device=self._device,
-                record_cmd=True,
+                len(self.pattern.indices),
+                [*self._inputs, flat],
+                [self._values.array],
+                self._device,
+                GRAIN,
             )
             self._bound = flat.ptr
         self._launch.launch()

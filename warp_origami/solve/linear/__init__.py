@@ -3,6 +3,5 @@
 from .choice import choose_solver
 from .inertia import negative_pivots
 from .interface import Factor, Kind, LinearSolver
-from .pardiso import use_threads
 
-__all__ = ["Factor", "Kind", "LinearSolver", "choose_solver", "negative_pivots", "use_threads"]
+__all__ = ["Factor", "Kind", "LinearSolver", "choose_solver", "negative_pivots"]

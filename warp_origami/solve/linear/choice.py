@@ -13,7 +13,7 @@ from .superlu import SparseLU
 DENSE_DEFINITE, DENSE_OTHER = 60, 200
 """Unknowns up to which dense LAPACK is as fast as the sparse solvers that come with SciPy."""
 
-PARDISO_DEFINITE, PARDISO_OTHER = 20_000, 1500
+PARDISO_FROM = 2000
 """Unknowns from which on "auto" takes PARDISO, where it is installed; see docs/solvers.md for what was measured."""
 
 NAMES = ("auto", "scipy", "pardiso", "cudss")
@@ -33,8 +33,7 @@ def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
     if name == "pardiso":
         _require(pardiso.is_installed(), name, "fast")
         return Pardiso(kind)
-    large = size >= (PARDISO_DEFINITE if kind == "definite" else PARDISO_OTHER)
-    if name == "auto" and large and pardiso.is_installed():
+    if name == "auto" and size >= PARDISO_FROM and pardiso.is_installed():
         return Pardiso(kind)
     if kind == "definite":
         return DenseCholesky() if size <= DENSE_DEFINITE else Multifrontal()

@@ -60,6 +60,8 @@ class _Plan:
         offsets: (f, 4) where L11 and L21 begin in the panels, U in the updates, and the further rows in a list of all.
         length: of the panels.
         targets, sources: places of the entries of the matrix in the panels, and in its pattern.
+        has_children: of each front.
+        updates: U (m, m) of each front.
     """
 
     def __init__(self, pattern: SymmetricPattern):
@@ -78,7 +80,10 @@ class _Plan:
         children = children[np.argsort(fronts.parents[children], kind="stable")]
         counts = np.bincount(fronts.parents[children], minlength=len(pivots))
         child_starts = np.concatenate([[0], np.cumsum(counts)])
-        self.assembly = FrontAssembly(self.sizes, self.offsets, children, child_starts, self._places(), stacked)
+        self.has_children = (counts > 0).tolist()
+        ends = fronts.starts[fronts.parents + 1]
+        taken = np.array([np.searchsorted(rows, end) for rows, end in zip(fronts.rows, ends, strict=True)])
+        self.assembly = FrontAssembly(self.sizes, self.offsets, children, child_starts, self._places(), taken, stacked)
         self.updates = [
             self.assembly.updates[begin : begin + m * m].reshape(m, m, order="F")
             for begin, m in zip(updates, below, strict=True)
@@ -111,7 +116,7 @@ class _Plan:
             inside = self.offsets[k, 0] + j * (end - begin) + i - begin
             later = self.offsets[k, 1] + j * len(f.rows[k]) + np.searchsorted(f.rows[k], i)
             targets[span] = np.where(i < end, inside, later)
-        return targets, sorted_tags.data
+        return targets, sorted_tags.data.astype(np.int64)
 
 
 class _Panels:
@@ -138,13 +143,16 @@ class _Panels:
         self.numbers.fill(0.0)
         self.numbers[plan.targets] = values[plan.sources]
         for front, (diagonal, below) in enumerate(self.blocks):
-            assemble.set_param_at_index(0, front)
-            assemble.launch()
+            added = plan.has_children[front]
+            if added:
+                plan.updates[front].fill(0.0)
+                assemble.set_param_at_index(0, front)
+                assemble.launch()
             if lapack.dpotrf(diagonal, lower=1, clean=0, overwrite_a=1)[1] != 0:
                 return False
             if len(below):
                 blas.dtrsm(1.0, diagonal, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                blas.dsyrk(-1.0, below, beta=1.0, c=plan.updates[front], lower=1, overwrite_c=1)
+                blas.dsyrk(-1.0, below, beta=added, c=plan.updates[front], lower=1, overwrite_c=1)
         return True
 
 

@@ -2,7 +2,8 @@
 
 Matrix types: 2 symmetric positive definite (Cholesky); -2 symmetric (Bunch-Kaufman within supernodes) and 11 any (LU),
 both scaled and matched, small pivots being perturbed and solutions refined. The analysis is kept as long as the pattern
-stays; the scaling is then that of the first matrix.
+stays; the scaling is then that of the first matrix. MKL has as many threads as launch kernels: the last digits of
+results depend on their number.
 O. Schenk and K. Gartner, Solving unsymmetric sparse systems of linear equations with PARDISO, Future Generation
 Computer Systems 20 (2004) 475-487.
 """
@@ -18,6 +19,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from warp_origami.terms.symmetric import SymmetricMatrix
+from warp_origami.terms.threads import team
 
 from .analyses import Analyses, Pattern
 from .checks import is_accurate, rows_with_diagonal
@@ -41,18 +43,12 @@ SAME_SUMS = 2
 """MKL's branch that gives the same sums in every run with as many threads."""
 
 _CORES = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
-_threads = 1
+"""That this process may use; the thread that runs a scene is kept on one of them."""
 
 
 def is_installed() -> bool:
     """Whether the extra is there."""
     return importlib.util.find_spec("pypardiso") is not None
-
-
-def use_threads(count: int) -> None:
-    """Number of threads from now on; the last digits of results depend on it."""
-    global _threads
-    _threads = count
 
 
 @cache
@@ -144,12 +140,13 @@ class _Memory:
     def _call(self, phase: int, values: np.ndarray, *vectors: np.ndarray) -> int:
         """Runs a phase; returns PARDISO's number of the error, 0 if there is none."""
         library, pardiso = _library()
-        library.MKL_Set_Num_Threads(_threads)
-        self.options[THREADS] = _threads
+        threads = team().size
+        library.MKL_Set_Num_Threads(threads)
+        self.options[THREADS] = threads
         error = ctypes.c_int(0)
         numbers = [ctypes.c_int(number) for number in (1, 1, self.kind, phase, len(self.pattern.indptr) - 1)]
         right, solution = vectors or (np.zeros((1, 1)),) * 2
-        with _all_cores():
+        with _all_cores(threads):
             pardiso(
                 self._handle.ctypes,
                 *(ctypes.byref(number) for number in numbers),
@@ -172,9 +169,9 @@ class _Memory:
 
 
 @contextmanager
-def _all_cores() -> Iterator[None]:
-    """Lets MKL start its threads on all cores while this one is kept on a core of its own."""
-    if not _CORES or (before := os.sched_getaffinity(0)) == _CORES:
+def _all_cores(threads: int) -> Iterator[None]:
+    """Lets MKL start its threads on all cores, though this one is kept on one."""
+    if threads == 1 or not _CORES or (before := os.sched_getaffinity(0)) == _CORES:
         yield
         return
     os.sched_setaffinity(0, _CORES)
