@@ -13,7 +13,7 @@ J. W. H. Liu, The multifrontal method for sparse matrix solution, SIAM Review 34
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, identity
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from warp_origami.terms.symmetric import SymmetricPattern
@@ -62,27 +62,32 @@ def find_fronts(pattern: SymmetricPattern) -> Fronts:
 
 
 def _quotient(pattern: SymmetricPattern) -> tuple[np.ndarray, csr_matrix]:
-    """Number of the vertex of each unknown, and the graph; a wrong vertex would only make the graph denser."""
-    ones = np.ones(len(pattern.indices), dtype=np.int8)
-    full = pattern.full(ones)
+    """Number of the vertex of each unknown, and the graph with its diagonal.
+
+    Neighbours are compared by the sums of random marks; a wrong vertex would only make the graph denser.
+    """
     marks = np.random.default_rng(0).integers(1, 2**63, pattern.size, dtype=np.uint64)
-    sums = np.add.reduceat(marks[full.indices], full.indptr[:-1])
-    _, first, labels = np.unique(sums, return_index=True, return_inverse=True)
+    columns = pattern.columns
+    sums = np.add.reduceat(marks[pattern.indices], pattern.indptr[:-1])
+    np.add.at(sums, pattern.indices, marks[columns])
+    _, first, labels = np.unique(sums - marks, return_index=True, return_inverse=True)
     renamed = np.empty(len(first), dtype=np.int32)
     renamed[np.argsort(first)] = np.arange(len(first))
     labels = renamed[labels]
-    rows, columns = labels[pattern.indices], labels[pattern.columns]
-    lower = coo_matrix((ones, (rows, columns)), shape=2 * (len(first),)).tocsr()
-    graph = (lower + lower.T).tocsr()
-    graph.sort_indices()
-    return labels, graph
+    shape = 2 * (len(first),)
+    ones = np.ones(len(columns), dtype=np.int8)
+    half = coo_matrix((ones, (labels[pattern.indices], labels[columns])), shape=shape).tocsr().tocoo()
+    both = np.concatenate([half.row, half.col]), np.concatenate([half.col, half.row])
+    return labels, coo_matrix((np.ones(2 * half.nnz), both), shape=shape).tocsr()
 
 
 def _minimum_degree(graph: csr_matrix) -> np.ndarray:
     """Vertices in the order of SuperLU's minimum degree."""
-    values = csc_matrix((-np.ones(graph.nnz), graph.indices, graph.indptr), shape=graph.shape)
-    dominant = values + identity(graph.shape[0]) * (2.0 + np.diff(graph.indptr).max())
-    factor = splu(dominant.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    degrees = np.diff(graph.indptr)
+    diagonal = graph.indices == np.repeat(np.arange(len(degrees)), degrees)
+    values = np.where(diagonal, degrees.max() + 1.0, -1.0)  # a definite matrix, for it is factorized, too
+    dominant = csc_matrix((values, graph.indices, graph.indptr), shape=graph.shape)
+    factor = splu(dominant, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     return np.argsort(factor.perm_c)
 
 
