@@ -4,14 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csc_matrix, identity
-from scipy.sparse.linalg import splu
 
 from warp_origami.system import System
 from warp_origami.terms.sparsity import ReducedSparsity
+from warp_origami.terms.symmetric import symmetric_part
 
 from .constraint_form import make_constraint_form
 from .energy import EnergyBalance, Forces
 from .generalized_alpha import GeneralizedAlpha, Kinematics
+from .linear import choose_solver
 from .mixed_newton import minimize_mixed
 from .newton import NewtonResult, minimize
 from .result import Failure
@@ -67,7 +68,9 @@ class Stepper:
         self.tolerance = system.scene.integrator.tolerance * system.mesh.size
         self.material = system.scene.material
         null = system.constraints.null_space
-        self.reduced_mass = splu((null.T @ system.full_mass @ null).tocsc()) if null.shape[1] else None
+        mass = symmetric_part(null.T @ system.full_mass @ null)
+        linear_solver = system.scene.integrator.linear_solver
+        self.reduced_mass = choose_solver(linear_solver, null.shape[1], "definite").factorize(mass)
         self.after_kink = AFTER_KINK * system.scene.analysis.end
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
@@ -123,7 +126,7 @@ class Stepper:
     def _free_response(self, force: np.ndarray) -> np.ndarray:
         """(3n,) acceleration of the free coordinates under a force (3n,): T (T^T M T)^-1 T^T force."""
         null = self.system.constraints.null_space
-        return null @ self.reduced_mass.solve(null.T @ force) if self.reduced_mass is not None else 0.0 * force
+        return null @ self.reduced_mass.solve(null.T @ force)
 
     def try_step(self, before: Kinematics, forces: Forces, balance: EnergyBalance, step: float) -> StepOutcome:
         """A step of size `step` (s) from an accepted state with its forces and energy balance."""
