@@ -37,9 +37,14 @@ def gather_scalars(
     # out
     out: wp.array(dtype=real),
 ):
-    """Weighted sum of entries of element tangents into one entry of a sparse matrix, one thread per entry."""
+    """Weighted sum of entries of element tangents into one entry of a sparse matrix, one thread per entry; without
+    weights all are one."""
     i = begin + wp.tid()
     total = real(0.0)
-    for k in range(indptr[i], indptr[i + 1]):
-        total += weight[k] * values[index[k]]
+    if weight.shape[0] == 0:
+        for k in range(indptr[i], indptr[i + 1]):
+            total += values[index[k]]
+    else:
+        for k in range(indptr[i], indptr[i + 1]):
+            total += weight[k] * values[index[k]]
     out[i] = total

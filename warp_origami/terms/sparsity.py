@@ -42,14 +42,16 @@ class ReducedSparsity:
             raise ValueError(f"transform: got {transform.shape[0]} rows, wants {3 * count}, three per row of q")
         self.size = transform.shape[1]
         self._device = device
-        row, column, source, weight = _expand(elements, transform.tocsr())
-        order, first, self.pattern = _sorted_slots(row, column, self.size)
-        del row, column  # on large meshes these arrays are most of the peak of memory
+        terms = _expand(elements, transform.tocsr())
+        order, first, self.pattern = _sorted_slots(terms, self.size)
+        source = np.concatenate(terms[2])
+        all_one = all(np.all(part == 1.0) for part in terms[3])
+        weight = np.empty(0) if all_one else np.concatenate(terms[3])[order]
         self._values = Buffer(len(self.pattern.indices), real, device)
         self._inputs = [
             wp.array(first, dtype=wp.int32, device=device, copy=False),
             wp.array(source[order], dtype=wp.int32, device=device, copy=False),
-            wp.array(weight[order], dtype=real, device=device, copy=False),
+            wp.array(weight, dtype=real, device=device, copy=False),
         ]
         self._launch: Launch | None = None
         self._bound: int | None = None
@@ -96,16 +98,16 @@ class ReducedSparsity:
         return wp.array(blocks.reshape(-1), dtype=real, device=self._device, copy=False)
 
 
-def _expand(elements: np.ndarray, transform: csr_matrix) -> list[np.ndarray]:
+def _expand(elements: np.ndarray, transform: csr_matrix) -> list[list[np.ndarray]]:
     """Terms T[a, alpha] K_ab T[b, beta] of all entries of all element tangents, folded into alpha >= beta.
 
-    values[row, column] += weight * blocks.ravel()[source], as four arrays.
+    values[row, column] += weight * blocks.ravel()[source], as four lists of arrays.
     """
     entries = np.diff(transform.indptr)
     start = transform.indptr[:-1]
     element = np.arange(len(elements))
     pairs = [(i, j) for i in range(NODES) for j in range(i, NODES)]
-    parts: tuple[list[np.ndarray], ...] = ([], [], [], [])
+    parts: list[list[np.ndarray]] = [[], [], [], []]
     for pair, (i, j) in enumerate(pairs):
         source = BLOCK * (len(pairs) * element + pair)
         for entry in range(BLOCK):
@@ -116,14 +118,7 @@ def _expand(elements: np.ndarray, transform: csr_matrix) -> list[np.ndarray]:
             terms = _expand_entry(transform, start, entries, a, b, source + entry, i == j and c == d)
             for part, values in zip(parts, terms, strict=True):
                 part.append(values)
-    return [_join(part) for part in parts]
-
-
-def _join(part: list[np.ndarray]) -> np.ndarray:
-    """One array of many, whose memory is given back at once: on large meshes these lists are most of the peak."""
-    joined = np.concatenate(part)
-    part.clear()
-    return joined
+    return parts
 
 
 def _expand_entry(transform, start, entries, a, b, source, diagonal):
@@ -140,15 +135,23 @@ def _expand_entry(transform, start, entries, a, b, source, diagonal):
         alpha, beta, weight, which = alpha[keep], beta[keep], weight[keep], which[keep]
     else:
         weight = np.where(alpha == beta, 2.0 * weight, weight)
+    if np.all(weight == 1.0):
+        weight = np.broadcast_to(1.0, weight.shape)  # which takes no memory
     row, column = np.maximum(alpha, beta), np.minimum(alpha, beta)
     return row.astype(np.int32), column.astype(np.int32), source[which].astype(np.int32), weight
 
 
-def _sorted_slots(row: np.ndarray, column: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray, SymmetricPattern]:
-    """Order of the terms by column and row; where each entry begins in it, with the end; the pattern of the entries."""
-    tags = np.arange(len(row), dtype=np.int32)
-    tagged = coo_matrix((tags, (row, column)), shape=(size, size))
+def _sorted_slots(terms: list[list[np.ndarray]], size: int) -> tuple[np.ndarray, np.ndarray, SymmetricPattern]:
+    """Order of the terms by column and row; where each entry begins in it, with the end; the pattern of the entries.
+
+    Takes the rows and columns out of `terms`: on large meshes these arrays are most of the peak of memory.
+    """
+    row, column = np.concatenate(terms[0]), np.concatenate(terms[1])
+    terms[0].clear()
+    terms[1].clear()
+    tagged = coo_matrix((np.arange(len(row), dtype=np.int32), (row, column)), shape=(size, size))
     tagged.has_canonical_format = True  # keep duplicates: conversions are linear and stable, unlike a sort
+    del row, column
     tagged = tagged.tocsr()
     tagged = tagged.tocsc()
     begins = np.ones(tagged.nnz, dtype=bool)
