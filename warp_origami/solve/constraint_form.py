@@ -39,7 +39,7 @@ class ConstraintForm(Protocol):
 
 
 class NewtonFactor(Protocol):
-    """A factorized J."""
+    """A factorized J; it is of use until its form factorizes the next one."""
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
         """(3n,) d that minimizes gradient . d + d . J d / 2 over C d = 0."""
@@ -57,6 +57,7 @@ class Eliminated:
         self.tangent = ReducedTangent(system, self.null_space, metric)
         self.solver = choose_solver(linear_solver, self.null_space.shape[1], "definite")
         self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "general")
+        self._last: _EliminatedFactor | None = None
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)
@@ -66,14 +67,18 @@ class Eliminated:
             matrix = self.tangent.symmetric(linearization, multiple, damping)
             skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0))
             given, solver = (matrix, self.solver) if skew is None else (matrix.full() + skew, self.general_solver)
+        if self._last is not None:
+            self._last.factor = None  # its memory serves the next one
         with self.clock.phase("factorization"):
             factor = solver.factorize(given)
-        return None if factor is None else _EliminatedFactor(self, factor)
+        self._last = None if factor is None else _EliminatedFactor(self, factor)
+        return self._last
 
 
 class _EliminatedFactor:
     def __init__(self, form: Eliminated, factor: Factor):
-        self.form, self.factor = form, factor
+        self.form = form
+        self.factor: Factor | None = factor
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
         right = -(self.form.transposed @ gradient)
@@ -96,6 +101,7 @@ class Multipliers:
         self.solver = choose_solver(linear_solver, size + self.equations.shape[0], "indefinite")
         self.general_solver = choose_solver(linear_solver, size + self.equations.shape[0], "general")
         self.bordered: BorderedPattern | None = None
+        self._last: _MultiplierFactor | None = None
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)
@@ -111,9 +117,12 @@ class Multipliers:
                 tangent = scale * (matrix.full() + skew)
                 given = bmat([[tangent, self.equations.T], [self.equations, None]], format="csc")
                 solver = self.general_solver
+        if self._last is not None:
+            self._last.factor = None  # its memory serves the next one
         with self.clock.phase("factorization"):
             factor = solver.factorize(given)
-        return None if factor is None else _MultiplierFactor(self, factor, scale)
+        self._last = None if factor is None else _MultiplierFactor(self, factor, scale)
+        return self._last
 
     def _bordered(self, matrix: SymmetricMatrix, scale: float) -> SymmetricMatrix:
         """The matrix of the multiplier form."""
@@ -124,7 +133,8 @@ class Multipliers:
 
 class _MultiplierFactor:
     def __init__(self, form: Multipliers, factor: Factor, scale: float):
-        self.form, self.factor, self.scale = form, factor, scale
+        self.form, self.scale = form, scale
+        self.factor: Factor | None = factor
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
         right = np.concatenate([-self.scale * gradient, np.zeros(self.form.equations.shape[0])])

@@ -11,6 +11,7 @@ Computer Systems 20 (2004) 475-487.
 import ctypes
 import importlib.util
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -164,7 +165,7 @@ class _Memory:
         return error.value
 
     def __del__(self) -> None:
-        if self._handle.any():
+        if self._handle.any() and not sys.is_finalizing():
             self._call(RELEASE, np.zeros(1))
 
 
