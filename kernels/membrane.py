@@ -11,10 +11,13 @@ of the quadrature points and (W, S, C) the law:
 so that a pair of shape functions costs 18 multiplications a point. The nine shape functions make 45 pairs i <= j, kept
 as 3x3 blocks in the order (0,0), (0,1) .. (0,8), (1,1) ..; K_ji = K_ij'.
 
-Newton's mixed iteration has strains of its own at the quadrature points, e, with S(e) + C(e) (E - e) for S and C(e) for
-C; a step d of q takes them a part l of the way to the linearized strain,
+Newton's mixed iteration has strains of its own at the quadrature points, e, with S(e) + C(e) (E - e) for S in the
+gradient, S(e) for S in the tangent, and C(e) for C; a step d of q takes them a part l of the way to the linearized
+strain,
 
-    e <- (1 - l) e + l (E + B d),   B d = (r_x.d_x, r_y.d_y, r_x.d_y + r_y.d_x).
+    e' = (1 - l) e + l (E + B d),   B d = (r_x.d_x, r_y.d_y, r_x.d_y + r_y.d_x),
+
+and from there to where the law says that it should be linearized next.
 """
 
 from dataclasses import dataclass
@@ -160,15 +163,15 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
             at = strain
             if mixed:
                 at = strains[e, p]
-            density, s, c = law_tangent(parameters, at)
-            s += c * (strain - at)
+            density, own, c = law_tangent(parameters, at)
+            s = own + c * (strain - at)
             w = volumes[e, p]
             total += w * density
             tx = w * (s[0] * r.x + s[2] * r.y)
             ty = w * (s[2] * r.x + s[1] * r.y)
             if not geometric:
-                s = vec3()
-            stiffness = point_stiffness(r, s, c, w)
+                own = vec3()
+            stiffness = point_stiffness(r, own, c, w)
             k = wp.int32(0)
             for i in range(NODES):
                 d = shapes[e, p, i]
@@ -186,27 +189,36 @@ def _tangent_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
     return membrane_tangent
 
 
-def _strains_kernel(module: wp.Module) -> wp.Kernel:
+def _strains_kernel(law: ModuleType, module: wp.Module) -> wp.Kernel:
+    Parameters, law_next_strain = law.Parameters, law.next_strain
+
     @wp.kernel(enable_backward=False, module=module)
     def advance_strains(
         q: wp.array(dtype=vec3),
         step: wp.array(dtype=vec3),
         elements: wp.array2d(dtype=wp.int32),
         shapes: wp.array3d(dtype=vec2),
+        parameters: Parameters,
         length: real,
+        afresh: wp.bool,
         begin: int,
         # out
         strains: wp.array2d(dtype=vec3),
     ):
-        """Takes the strains at the quadrature points a part of the way to those linearized at q along the step."""
+        """Strains at the quadrature points after a part of the step; `afresh`: those of q."""
         e = begin + wp.tid()
         nodes = element_nodes(q, elements, e)
         steps = element_nodes(step, elements, e)
         for p in range(strains.shape[1]):
             r = surface_gradient(shapes, e, p, nodes)
-            d = surface_gradient(shapes, e, p, steps)
-            linear = vec3(wp.dot(r.x, d.x), wp.dot(r.y, d.y), wp.dot(r.x, d.y) + wp.dot(r.y, d.x))
-            strains[e, p] = (real(1.0) - length) * strains[e, p] + length * (green_strain(r) + linear)
+            strain = green_strain(r)
+            if afresh:
+                strains[e, p] = strain
+            else:
+                at = strains[e, p]
+                d = surface_gradient(shapes, e, p, steps)
+                strain += vec3(wp.dot(r.x, d.x), wp.dot(r.y, d.y), wp.dot(r.x, d.y) + wp.dot(r.y, d.x))
+                strains[e, p] = law_next_strain(parameters, at, at + length * (strain - at))
 
     return advance_strains
 
@@ -258,7 +270,7 @@ class MembraneKernels:
 
 @cache
 def membrane_kernels(law: ModuleType) -> MembraneKernels:
-    """Kernels for a law: a module with NAME, Parameters and the functions stress, tangent and state.
+    """Kernels for a law: a module with NAME, Parameters and the functions stress, tangent, next_strain and state.
 
     They live in a Warp module of their own, so that only the law of the scene is compiled.
     """
@@ -268,6 +280,6 @@ def membrane_kernels(law: ModuleType) -> MembraneKernels:
         module.name,
         _gradient_kernel(law, module),
         _tangent_kernel(law, module),
-        _strains_kernel(module),
+        _strains_kernel(law, module),
         _sample_kernel(law, module),
     )

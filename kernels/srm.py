@@ -15,6 +15,12 @@ With c = (E11 - E22) / R, s = 2 E12 / R, R = g1 - g2, the stress and the tangent
 
 kappa is a constant where taut, and where slack if s1 = s2, so that equal principal strains need no limit. With s1 != s2
 the slack law has a kink at g1 = g2 < 0; kappa is bounded there.
+
+Newton's mixed iteration does not linearize the law next at the strain e' that a step leads to, but at the state of the
+law closest to e' and to the stress s' that the linearized law gave it, in the metric of a modulus m between the
+stiffnesses of taut and slack film: e + S(e) / m = e' + s' / m. Strain and stress then have equal parts in telling a
+state from another, as in primal-dual methods (T. F. Chan, G. H. Golub, P. Mulet, SIAM J. Sci. Comput. 20 (1999)
+1964-1977).
 """
 
 import warp as wp
@@ -26,6 +32,7 @@ SLACK, WRINKLED, TAUT = 0, 1, 2
 
 _SMALLEST_STRAIN = wp.constant(real(1e-150))  # its square is still a normal number
 _KINK = wp.constant(real(1e-10))  # smallest R relative to |g2| in the bounded kappa
+_SOFTER = wp.constant(real(100.0))  # e_taut / m: the mean, on a scale of powers, of stiffnesses that differ by 1e4
 
 
 @wp.struct
@@ -162,6 +169,33 @@ def tangent(p: Parameters, strain: vec3):
         shear,
     )
     return real(0.5) * wp.dot(t, e.g), stress_from(strain, t, kappa), c
+
+
+@wp.func
+def principal_resolvent(p: Parameters, state: int, z: vec2):
+    """g with g + Gamma g / m = z in a given state."""
+    h = (_SOFTER / p.e_taut) * principal_tangent(p, state)
+    a = real(1.0) + h[0, 0]
+    d = real(1.0) + h[1, 1]
+    inverse = real(1.0) / (a * d - h[0, 1] * h[0, 1])
+    return vec2(inverse * (d * z[0] - h[0, 1] * z[1]), inverse * (a * z[1] - h[0, 1] * z[0]))
+
+
+@wp.func
+def next_strain(p: Parameters, at: vec3, to: vec3):
+    """Strain to linearize the law at next, after a step to the strain `to` with the law linearized `at`."""
+    _, s, c = tangent(p, at)
+    s += c * (to - at)
+    compliance = _SOFTER / p.e_taut
+    z = principal(to + compliance * vec3(s[0], s[1], real(2.0) * s[2]))
+    g = principal_resolvent(p, TAUT, z.g)
+    if state_of(p, g) != TAUT:
+        g = principal_resolvent(p, WRINKLED, z.g)
+        if state_of(p, g) != WRINKLED:
+            g = principal_resolvent(p, SLACK, z.g)
+    mean = real(0.5) * (g[0] + g[1])
+    half = wp.max(real(0.5) * (g[0] - g[1]), real(0.0))  # s1 != s2: at the kink of the slack law
+    return vec3(mean + half * z.c, mean - half * z.c, real(2.0) * half * z.s)
 
 
 @wp.func

@@ -167,6 +167,11 @@ class System:
             _, contact_gradient, rows, weights = self.contact.tangent(q)
         return Linearization(gradient + contact_gradient, blocks, rows, weights, skew)
 
+    def take_strains(self, q: np.ndarray) -> None:
+        """As in Membrane."""
+        with self.clock.phase("assembly"):
+            self.membrane.take_strains(q)
+
     def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
         """As in Membrane."""
         with self.clock.phase("assembly"):

@@ -1,12 +1,16 @@
 """Newton's method with strains of their own at the quadrature points: the mixed, strain-independent iteration.
 
-    sigma = S(e) + C(e) (E(q) - e),      J d = -grad Phi with sigma for S and C(e) for C
-    q <- q + l d,                        e <- (1 - l) e + l (E(q) + E'(q) d)
+    sigma = S(e) + C(e) (E(q) - e),      J d = -grad Phi with sigma for S, C(e) for C and S(e) in the geometric part
+    q <- q + l d,                        e' = (1 - k) e + k (E(q) + E'(q) d),  k = l^(1/2)
+    e  with  e + S(e) / m = e' + (S(e) + C(e) (e' - e))_before / m
 
 A step d of q adds 1/2 |grad d|^2 to every strain: 1 mm makes a false strain of 2e-5, a hundred times that of a membrane
 at work, and the plain iteration sees a false, taut sheet. The strains e do without it, and converge to E(q): where the
-step vanishes, e = E(q) and the law is that of q. The last step is one of the plain iteration, so that what it ends in
-does not depend on the way there. It begins from the strains at the begin of the step in time.
+step vanishes, e = E(q) and the law is that of q. Where the law has kinks, e' alone is a poor guide to the next state: a
+softened point goes far and comes back. So the stress that the linearized law had foretold has its say (kernels/srm.py).
+The geometric part of J has the stress of the law at e: that of sigma has the false one. The last step is one of the
+plain iteration, so that what it ends in does not depend on the way there. It begins from the strains at the begin of
+the step in time.
 
 Full steps are taken where nothing touches, unless the slope of Phi rises to nearly what it fell by; contact, whose
 overshoot is not of this kind, is left to the line search, and to a plain iteration where Phi rises along the step.
@@ -25,11 +29,14 @@ from .result import Failure
 MAXIMUM_ITERATIONS = 60
 """After so many the plain iteration goes on."""
 
-LENGTHS = (1.0, 0.5, 0.3)
+LENGTHS = (1.0, 0.7, 0.5, 0.3)
 """Parts of a step that are tried where nothing touches; the last one is taken if none is good enough."""
 
 LARGEST_RISE = 0.9
 """Slope at the end of a good step over that at its begin, at most."""
+
+STRAIN_POWER = 0.5
+"""Strains take the part l^STRAIN_POWER of a step of which q takes the part l: they are to know early what is ahead."""
 
 
 class MixedPotential(Potential, Protocol):
@@ -70,7 +77,7 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
             break
         length = _length(potential, q, step, float(gradient @ step))
         if length is not None:
-            potential.advance_strains(q, step, length)
+            potential.advance_strains(q, step, length**STRAIN_POWER)
             q = q + length * step
             continue
         iterations += 1

@@ -64,10 +64,11 @@ class StepPotential:
 
     def take_strains(self, q: np.ndarray) -> None:
         """The strains of the mixed iteration are those of q from now on."""
-        self.system.advance_strains(q.reshape(-1, 3), np.zeros((len(q) // 3, 3)), 1.0)
+        self.system.take_strains(q.reshape(-1, 3))
 
     def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
-        """Takes the strains of the mixed iteration a part of the way to those linearized at q along a step."""
+        """Takes the strains of the mixed iteration a part of the way to those linearized at q along a step, or to what
+        the law has instead of them."""
         self.system.advance_strains(q.reshape(-1, 3), step.reshape(-1, 3), length)
 
     def linearize_mixed(self, q: np.ndarray):

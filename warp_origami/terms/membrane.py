@@ -116,7 +116,7 @@ class Membrane:
             TANGENT_GRAIN,
         )
         self._step = Buffer(coordinates.count, vec3, device)
-        along = [self._q.array, self._step.array, self._elements, shapes, real(1.0)]
+        along = [self._q.array, self._step.array, self._elements, shapes, self._parameters, real(1.0), False]
         self._launch_strains = Launch(self._kernels.strains, count, along, [self._strains], device, GRADIENT_GRAIN)
 
         indptr, index = _rows_of(coordinates.elements, coordinates.count)
@@ -143,7 +143,8 @@ class Membrane:
         """Like `gradient`, and leaves the element tangents in `blocks` on the device.
 
         Args:
-            mixed: the law is that at the strains of `advance_strains`, continued linearly to those of q.
+            mixed: the law is that at the strains of `take_strains` and `advance_strains`, continued linearly to those
+                of q; the geometric part of the tangents has the stress at these strains themselves.
             geometric: the tangents have their geometric part.
         """
         self._q.write(q)
@@ -152,11 +153,18 @@ class Membrane:
         self._launch_tangent.launch()
         return self._sums()
 
+    def take_strains(self, q: np.ndarray) -> None:
+        """The strains of the mixed iteration are those of q (n, 3) from now on."""
+        self._q.write(q)
+        self._launch_strains.set_param("afresh", True)
+        self._launch_strains.launch()
+
     def advance_strains(self, q: np.ndarray, step: np.ndarray, length: float) -> None:
         """Takes the strains of the mixed iteration a part `length` of the way to those linearized at q (n, 3) along
-        `step` (n, 3); with a step of zero and a length of one, to those of q."""
+        `step` (n, 3), or to what the law has instead of them."""
         self._q.write(q)
         self._step.write(step)
+        self._launch_strains.set_param("afresh", False)
         self._launch_strains.set_param("length", real(length))
         self._launch_strains.launch()
 
@@ -171,7 +179,7 @@ class Membrane:
     def set_stiffness_ratios(self, s1: float, s2: float) -> None:
         """Evaluates forces and tangents with other stiffness ratios than the material's from now on."""
         parameters = self._parameters_of(s1, s2)
-        for launch in (self._launch_gradient, self._launch_tangent):
+        for launch in (self._launch_gradient, self._launch_tangent, self._launch_strains):
             launch.set_param("parameters", parameters)
 
     def _parameters_of(self, s1: float, s2: float):
