@@ -49,8 +49,11 @@ def fill_overlaps(
 @wp.func
 def candidate_distance(surface: Surface, ownership: Ownership, triangle: int, point: int, x: vec3, radius: real):
     """Distance of a point from a sub-triangle, m, or FAR where it is above `radius` or they may not touch."""
-    from_plane = wp.dot(x - surface.points[surface.triangles[triangle, 0]], normal_of(surface, triangle))
-    if wp.abs(from_plane) > radius or box_distance_squared(surface, triangle, x) > radius * radius:
+    a = surface.points[surface.triangles[triangle, 0]]
+    b = surface.points[surface.triangles[triangle, 1]]
+    c = surface.points[surface.triangles[triangle, 2]]
+    from_plane = wp.dot(x - a, normal_of(surface, triangle))
+    if wp.abs(from_plane) > radius or box_distance_squared(x, a, b, c) > radius * radius:
         return FAR
     if not may_touch(ownership, point, triangle):
         return FAR

@@ -89,11 +89,8 @@ def closest_of(surface: Surface, triangle: int, x: vec3):
 
 
 @wp.func
-def box_distance_squared(surface: Surface, triangle: int, x: vec3):
-    """Squared distance of x from the axis-parallel box around a sub-triangle: a cheap bound from below, m^2."""
-    a = surface.points[surface.triangles[triangle, 0]]
-    b = surface.points[surface.triangles[triangle, 1]]
-    c = surface.points[surface.triangles[triangle, 2]]
+def box_distance_squared(x: vec3, a: vec3, b: vec3, c: vec3):
+    """Squared distance of x from the axis-parallel box around triangle abc: a cheap bound from below, m^2."""
     away = wp.max(wp.max(wp.min(wp.min(a, b), c) - x, x - wp.max(wp.max(a, b), c)), vec3())
     return wp.dot(away, away)
 

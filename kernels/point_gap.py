@@ -1,4 +1,4 @@
-"""Gap between a slave point and a layer, paper (28)-(30): shared by sts and nts.
+"""Gap between a slave point and a layer, paper (28)-(30).
 
     delta = x - r(P),   d = +-|delta|  (sign: side of the layer, by its normal at the closest point P)
     g = s d - h      where the side s = +1, -1 of the pair is known and P lies inside the layer
@@ -19,7 +19,7 @@ from .closest_point import (
     SIDE,
     Surface,
     box_distance_squared,
-    closest_of,
+    closest_on_triangle,
     corner_angle,
     is_outer,
     normal_of,
@@ -61,9 +61,10 @@ class Masters:
 class Pairs:
     """Slave point and layer pairs.
 
-    points, layers: slave point and layer of each pair; candidates[starts : ends]: sub-triangles of the layer;
-    thickness: h, m; sides: +1, -1, FREE or UNKNOWN; least: how far at least the sub-triangles were from the point in
-    the accepted state, m, negative where it was through.
+    points, layers: slave point and layer of each pair; candidates[starts : ends]: sub-triangles of the layer; found:
+    their distances when they were found, m, which have changed by no more than change[0] since; thickness: h, m;
+    sides: +1, -1, FREE or UNKNOWN; least: how far at least the sub-triangles were from the point in the accepted state,
+    m, negative where it was through.
     """
 
     points: wp.array(dtype=wp.int32)
@@ -71,6 +72,8 @@ class Pairs:
     starts: wp.array(dtype=wp.int32)
     ends: wp.array(dtype=wp.int32)
     candidates: wp.array(dtype=wp.int32)
+    found: wp.array(dtype=real)
+    change: wp.array(dtype=real)
     thickness: wp.array(dtype=real)
     sides: wp.array(dtype=wp.int32)
     least: wp.array(dtype=real)
@@ -183,26 +186,33 @@ def element_areas(masters: Masters, triangle: int, weights: vec3):
 
 
 @wp.func
-def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: int, end: int, x: vec3, reach: real):
+def facet_point(masters: Masters, pairs: Pairs, start: int, end: int, x: vec3, reach: real):
     """Closest point to x of the sub-triangles candidates[start:end], all of one layer; element -1 beyond `reach`."""
     surface = masters.facets
+    change = pairs.change[0]
     p = LayerPoint()
     p.element = NONE
     triangle = NONE
+    nearest = reach
     best = reach * reach
     feature = INSIDE
     weights = vec3()
     for k in range(start, end):
-        t = candidates[k]
-        if box_distance_squared(surface, t, x) <= best:
-            there, here = closest_of(surface, t, x)
-            delta = x - point_of(surface, t, there)
-            d2 = wp.dot(delta, delta)
-            if d2 < best:
-                best = d2
-                weights = there
-                triangle = t
-                feature = here
+        if pairs.found[k] - change <= nearest:
+            t = pairs.candidates[k]
+            # not by functions of the surface: on the CPU a call copies all its arrays' headers
+            a = surface.points[surface.triangles[t, 0]]
+            b = surface.points[surface.triangles[t, 1]]
+            c = surface.points[surface.triangles[t, 2]]
+            if box_distance_squared(x, a, b, c) <= best:
+                there, here = closest_on_triangle(x, a, b, c)
+                d2 = wp.length_sq(x - (there[0] * a + there[1] * b + there[2] * c))
+                if d2 < best:
+                    best = d2
+                    nearest = wp.sqrt(d2)
+                    weights = there
+                    triangle = t
+                    feature = here
     if triangle < 0:
         return p
     element, areas = element_areas(masters, triangle, weights)
@@ -210,14 +220,14 @@ def facet_point(masters: Masters, candidates: wp.array(dtype=wp.int32), start: i
     p.areas = areas
     normal = normal_of(surface, triangle)
     if feature != INSIDE:
-        normal = feature_normal(surface, candidates, start, end, triangle, feature)
+        normal = feature_normal(surface, pairs.candidates, start, end, triangle, feature)
     return placed(p, feature, surface.outer[triangle], x - point_of(surface, triangle, weights), normal, False)
 
 
 @wp.func
 def cubic_point(
     masters: Masters,
-    candidates: wp.array(dtype=wp.int32),
+    pairs: Pairs,
     start: int,
     end: int,
     x: vec3,
@@ -244,17 +254,22 @@ def cubic_point(
     normal = vec3()
     total = vec3()
     p = facet
+    change = pairs.change[0]
     for k in range(start, end):
-        t = candidates[k]
+        t = pairs.candidates[k]
         element = t // per_element
-        if box_distance_squared(surface, t, x) <= nearest:
-            there, _feature = closest_of(surface, t, x)
-            d2 = wp.length_sq(x - point_of(surface, t, there))
-            if d2 <= nearest:
-                nearest = d2
-                triangle = t
-                weights = there
-        if (k + 1 == end or candidates[wp.min(k + 1, end - 1)] // per_element != element) and triangle >= 0:
+        if pairs.found[k] - change <= farthest:
+            a = surface.points[surface.triangles[t, 0]]
+            b = surface.points[surface.triangles[t, 1]]
+            c = surface.points[surface.triangles[t, 2]]
+            if box_distance_squared(x, a, b, c) <= nearest:
+                there, _feature = closest_on_triangle(x, a, b, c)
+                d2 = wp.length_sq(x - (there[0] * a + there[1] * b + there[2] * c))
+                if d2 <= nearest:
+                    nearest = d2
+                    triangle = t
+                    weights = there
+        if (k + 1 == end or pairs.candidates[wp.min(k + 1, end - 1)] // per_element != element) and triangle >= 0:
             _same, areas = element_areas(masters, triangle, weights)
             found = project(x, areas, element_of(masters.elements, element), masters.elements, ITERATIONS, least)
             d2 = wp.length_sq(x - found.r)
@@ -295,21 +310,19 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def farthest_of_interest(pair: int, x: vec3, seen: real, pairs: Pairs, motion: Motion):
+def farthest_of_interest(side: int, seen: real, presses: real, least: real, change: real):
     """Distance of sub-triangles, m, beyond which a pair can have no force; negative where it has none for sure.
 
-    Against a layer a point moves no more than `change`. So it presses on the side where it was only within the
-    thickness, and has gone through by no more than `change` less its distance then. Beyond that, a point on the other
-    side of what is nearest has gone through nothing: another part of the layer is nearest.
+    presses: farthest distance at which a pair can press on the side where it was, m; change: of its distance since the
+    accepted state, where that was at least `least`, m, at most.
+
+    A point that has gone through has done so by no more than `change` less its distance then. Beyond that, a point on
+    the other side of what is nearest has gone through nothing: another part of the layer is nearest.
     """
-    layer = pairs.layers[pair]
-    change = wp.length(x - motion.slaves[pairs.points[pair]] - motion.shifts[layer]) + motion.spreads[layer]
-    least = pairs.least[pair]
-    presses = pairs.thickness[pair] + motion.error[0]
     farthest = wp.min(seen, wp.max(presses, change - least))
-    if pairs.sides[pair] == UNKNOWN:
+    if side == UNKNOWN:
         farthest = seen
-    elif pairs.sides[pair] == FREE:
+    elif side == FREE:
         farthest = wp.min(seen, presses)
     if least - change > farthest:
         farthest = real(-1.0)
@@ -317,25 +330,25 @@ def farthest_of_interest(pair: int, x: vec3, seen: real, pairs: Pairs, motion: M
 
 
 @wp.func
-def write_contact(
-    pair: int, x: vec3, reach: real, seen: real, masters: Masters, pairs: Pairs, motion: Motion, contacts: Contacts
-):
+def out_of_reach(pair: int, gaps: wp.array(dtype=real), distances: wp.array(dtype=real), facets: wp.array(dtype=real)):
+    """Writes that a pair is too far apart to be looked at."""
+    gaps[pair] = NO_CONTACT
+    distances[pair] = NO_CONTACT
+    facets[pair] = NO_CONTACT
+
+
+@wp.func
+def write_contact(pair: int, x: vec3, reach: real, farthest: real, masters: Masters, pairs: Pairs, contacts: Contacts):
     """Gap and direction of one pair; no contact beyond `reach` (m).
 
-    Distances are found up to `seen`, m, not beyond where the candidates are complete. Where the sub-triangles alone
+    Distances are found up to `farthest`, m, not beyond where the candidates are complete. Where the sub-triangles alone
     say that there is no force, what they say of the distance is kept.
     """
-    farthest = farthest_of_interest(pair, x, seen, pairs, motion)
     start = pairs.starts[pair]
     end = pairs.ends[pair]
-    p = LayerPoint()
-    p.element = NONE
-    if farthest >= real(0.0):
-        p = facet_point(masters, pairs.candidates, start, end, x, farthest)
+    p = facet_point(masters, pairs, start, end, x, farthest)
     if p.element < 0:
-        contacts.gaps[pair] = NO_CONTACT
-        contacts.distances[pair] = NO_CONTACT
-        contacts.facets[pair] = NO_CONTACT
+        out_of_reach(pair, contacts.gaps, contacts.distances, contacts.facets)
         return
     side = pairs.sides[pair]
     contacts.facets[pair] = wp.abs(p.distance)
@@ -348,9 +361,9 @@ def write_contact(
     near = gap <= masters.errors[p.element] or side == UNKNOWN
     if near and wp.abs(p.distance) <= masters.zone:
         facet = p
-        p = cubic_point(masters, pairs.candidates, start, end, x, facet, pairs.thickness[pair])
+        p = cubic_point(masters, pairs, start, end, x, facet, pairs.thickness[pair])
         if side_of(p, side) * p.distance < -pairs.thickness[pair]:  # far on the wrong side
-            p = cubic_point(masters, pairs.candidates, start, end, x, facet, FAR)
+            p = cubic_point(masters, pairs, start, end, x, facet, FAR)
     direction = side_of(p, side)
     gap = direction * p.distance - pairs.thickness[pair]
     if side == UNKNOWN:

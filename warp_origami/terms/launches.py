@@ -102,3 +102,10 @@ def launch_together(launches: Sequence[Launch]) -> None:
             task()
     elif work:
         team().run(work)
+
+
+def compile_now(kernel: wp.Kernel, device: str | wp.Device) -> None:
+    """Compiles a kernel now rather than when it is first launched in mid-run."""
+    target = wp.get_device(device)
+    # Warp launches with blocks of 1 on the CPU, and compiles for each block size anew
+    kernel.module.load(target, block_dim=1 if target.is_cpu else None)

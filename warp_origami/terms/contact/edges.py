@@ -24,6 +24,7 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
+from ..launches import compile_now
 from .active_pairs import ActivePairs
 from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
@@ -71,9 +72,7 @@ class EdgeContact:
         self._thickness = law.outset * float(thickness)
         self.curves = build_curves(mesh, coordinates)
         self.kernel_modules = (edge_search.find_part_pairs.module.name, edge_edge.edge_contacts.module.name)
-        # compiled now rather than when edges first come near each other; Warp launches with blocks of 1 on the CPU
-        target = wp.get_device(device)
-        edge_edge.edge_contacts.module.load(target, block_dim=1 if target.is_cpu else None)
+        compile_now(edge_edge.edge_contacts, device)
         self._reach, self._margin = reach_of(mesh, self._thickness), margin_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
         self._search = EdgeSearch(self.curves.vertices, submesh.divisions, device)

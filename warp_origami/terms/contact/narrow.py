@@ -3,64 +3,50 @@
 import numpy as np
 import warp as wp
 
-from warp_origami.kernels import nts, point_gap, sts
+from warp_origami.kernels import point_contact, point_gap
 from warp_origami.kernels.precision import real, vec3, vec9
 
 from ..buffers import Buffer
-from ..launches import Launch, launch_together
+from ..launches import Launch
 from .search import LayerPairs
 
 GRAIN = 300
 """Pairs that are worth a thread: the nearest ones cost a microsecond each, the others a tenth of it."""
 
 
-class SlaveKernels:
-    """The kernels of a contact method, compiled now rather than when layers first come near each other in mid-run.
+class SlaveStiffness:
+    """Stiffness of slave points: of integration points, which come first, and of nodes.
 
     Args:
-        method: mixed, sts or nts.
         integration_stiffness: (sts_count,) eps_s w A / 2 of each integration point, N/m.
         node_stiffness: eps_n, N/m.
     """
 
-    def __init__(self, method: str, integration_stiffness: np.ndarray, node_stiffness: float, device: str):
+    def __init__(self, integration_stiffness: np.ndarray, node_stiffness: float):
         self.sts_count = len(integration_stiffness)
-        self.node_stiffness = node_stiffness
-        self.integration_stiffness = integration_stiffness
-        self.sts = self.nts = None
-        self.modules: tuple[str, ...] = ()
-        if method in ("sts", "mixed"):
-            self.sts = sts.sts_contacts
-            self.modules += (self.sts.module.name,)
-        if method in ("nts", "mixed"):
-            self.nts = nts.nts_contacts
-            self.modules += (self.nts.module.name,)
-        target = wp.get_device(device)
-        for kernel in (self.sts, self.nts):
-            if kernel is not None:  # Warp launches with blocks of 1 on the CPU, and compiles for each block size anew
-                kernel.module.load(target, block_dim=1 if target.is_cpu else None)
+        self._of_nodes, self._of_integration = node_stiffness, integration_stiffness
 
-    def stiffness_of(self, points: np.ndarray) -> np.ndarray:
+    def of(self, points: np.ndarray) -> np.ndarray:
         """Stiffness of slave points, N/m."""
-        result = np.full(len(points), self.node_stiffness)
+        result = np.full(len(points), self._of_nodes)
         integration = points < self.sts_count
-        result[integration] = self.integration_stiffness[points[integration]]
+        result[integration] = self._of_integration[points[integration]]
         return result
 
 
 class NarrowPhase:
     """Recorded launches that evaluate pairs at the current positions, only those that can be near by now.
 
-    Pairs are held in the order of their distance when they were found, integration points before nodes: no pair beyond
-    the first so many can have come within reach since.
+    Pairs are held in the order of their distance when they were found: no pair beyond the first so many can have come
+    within reach since.
 
     Attributes:
         keys, points: names and slave points of the pairs.
-        sts_count: number of pairs whose slave is an integration point; they come first.
         thickness: (n,) distance at which each pair begins to press, m.
         sides: (n,) buffer of +1, -1, FREE or UNKNOWN.
         least: (n,) buffer of how far the sub-triangles were at least in the accepted state, m.
         gaps, normals, elements, shapes, distances, heights, facets, outer: buffers, see point_gap.Contacts.
+        seen: m, up to where the last launch has found distances.
         reached: pairs that the last launch has evaluated; all others are farther than the reach.
     """
 
@@ -69,39 +55,32 @@ class NarrowPhase:
         pairs: LayerPairs,
         thickness: np.ndarray,
         sides: np.ndarray,
-        layers: np.ndarray,
         slaves: wp.array,
         masters: point_gap.Masters,
         motion: point_gap.Motion,
-        kernels: SlaveKernels,
         reach: float,
         device: str,
     ):
         count = len(pairs.keys)
-        of_node = pairs.points >= kernels.sts_count
-        order = np.lexsort((pairs.distances, of_node))
-        self.sts_count = count - int(np.count_nonzero(of_node))
+        order = np.argsort(pairs.distances, kind="stable")
         self.keys, self.points = pairs.keys[order], pairs.points[order]
         self.thickness = thickness[order]
         self._reach = reach
-        found_at = pairs.distances[order]
-        self._groups = [
-            (first, found_at[first:end], kernel)
-            for first, end, kernel in ((0, self.sts_count, kernels.sts), (self.sts_count, count, kernels.nts))
-            if end > first
-        ]
-        self._counts: tuple[int, ...] = ()
-        self._seen = reach
-        self.reached = np.zeros(0, dtype=int)
+        self._found_at = pairs.distances[order]
+        self.seen = reach
+        self.reached = np.arange(count)
 
         self.sides = Buffer(count, wp.int32, device)
         self.sides.write(sides[order])
         given = point_gap.Pairs()
         given.points = wp.array(self.points, dtype=wp.int32, device=device)
-        given.layers = wp.array(layers[order], dtype=wp.int32, device=device)
+        given.layers = wp.array(pairs.layers[order], dtype=wp.int32, device=device)
         given.starts = wp.array(pairs.starts[:-1][order], dtype=wp.int32, device=device)
         given.ends = wp.array(pairs.starts[1:][order], dtype=wp.int32, device=device)
         given.candidates = wp.array(pairs.candidates, dtype=wp.int32, device=device)
+        given.found = wp.array(pairs.candidate_distances, dtype=real, device=device)
+        self._change = Buffer(1, real, device)
+        given.change = self._change.array
         self._thickness = Buffer(count, real, device)
         self.set_thickness(self.thickness)
         given.thickness = self._thickness.array
@@ -115,19 +94,8 @@ class NarrowPhase:
             buffer = Buffer(count, kinds.get(name, real), device)
             setattr(self, name, buffer)
             setattr(contacts, name, buffer.array)
-        self._launches = [
-            Launch(
-                kernel,
-                len(found_at),
-                [slaves, real(reach), real(reach), masters, given, motion],
-                [contacts],
-                device,
-                GRAIN,
-                begin=first,
-                falling=True,
-            )
-            for first, found_at, kernel in self._groups
-        ]
+        inputs = [slaves, real(reach), real(reach), masters, given, motion]
+        self._command = Launch(point_contact.point_contacts, count, inputs, [contacts], device, GRAIN, falling=True)
 
     def set_thickness(self, thickness: np.ndarray) -> None:
         """Takes another thickness of the pairs, (n,) in their order."""
@@ -142,22 +110,25 @@ class NarrowPhase:
             farther: m beyond the reach, up to where distances are found too.
         """
         seen = self._reach + farther
-        counts = tuple(int(np.searchsorted(g[1], seen + 2.0 * moved, side="right")) for g in self._groups)
-        if seen != self._seen:
-            self._seen = seen
-            for command in self._launches:
-                command.set_param("seen", real(seen))
-        if counts != self._counts:
-            self._counts = counts
-            self.reached = np.concatenate([g[0] + np.arange(n) for g, n in zip(self._groups, counts, strict=True)])
-        for command, count in zip(self._launches, counts, strict=True):
-            command.set_dim(count)
-        launch_together(self._launches)
+        if seen != self.seen:
+            self.seen = seen
+            self._command.set_param("seen", real(seen))
+        count = int(np.searchsorted(self._found_at, seen + 2.0 * moved, side="right"))
+        if count != len(self.reached):
+            self.reached = np.arange(count)
+            self._command.set_dim(count)
+        self._change.write(np.array([2.0 * moved]))
+        self._command.launch()
 
     def least_distances(self) -> np.ndarray:
-        """How far the sub-triangles of each pair are at least in the state that was evaluated last, (n,), m."""
-        least = np.full(len(self.keys), self._seen)
-        least[self.reached] = np.minimum(self.facets.read()[self.reached], self._seen)
+        """How far the sub-triangles of each pair are at least in the state that was evaluated last, (n,), m; negative
+        where the point is through."""
+        at = self.reached
+        least = np.full(len(self.keys), self.seen)
+        least[at] = np.minimum(self.facets.read()[at], self.seen)
+        sides = self.sides.read()[at]
+        through = (np.abs(sides) == 1) & (sides * self.distances.read()[at] < 0.0)
+        least[at[through]] *= -1.0
         return least
 
     def sorted_by_key(self, where: np.ndarray) -> np.ndarray:

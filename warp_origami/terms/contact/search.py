@@ -26,7 +26,8 @@ class LayerPairs:
         layers: (n,) face.
         starts: (n + 1,) first candidate of each pair.
         candidates: sub-triangles of the layer near the point, increasing within a pair.
-        distances: (n,) distance of the point from the candidates, m; zero where it is not known.
+        distances: (n,) distance of the point from the nearest candidate, m.
+        candidate_distances: distance of each candidate, m.
     """
 
     keys: np.ndarray
@@ -35,6 +36,7 @@ class LayerPairs:
     starts: np.ndarray
     candidates: np.ndarray
     distances: np.ndarray
+    candidate_distances: np.ndarray
 
 
 class Search:
@@ -174,4 +176,5 @@ class Search:
             starts=np.append(first, len(keys)).astype(np.int32),
             candidates=triangles.astype(np.int32),
             distances=nearest,
+            candidate_distances=distances,
         )

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import broadphase
+from warp_origami.kernels.point_contact import point_contacts
 from warp_origami.kernels.point_gap import FREE, UNKNOWN
 from warp_origami.kernels.precision import vec3
 from warp_origami.model.coordinates import Coordinates
@@ -24,12 +25,13 @@ from warp_origami.model.mesh import Mesh
 from warp_origami.model.submesh import Submesh
 
 from ..buffers import Buffer
+from ..launches import compile_now
 from ..shapes import flat_of
 from .active_pairs import ActivePairs
 from .law import contact_law
 from .layer_motion import LayerMotion
 from .masters import MasterSurfaces
-from .narrow import NarrowPhase, SlaveKernels
+from .narrow import NarrowPhase, SlaveStiffness
 from .points import build_points
 from .search import LayerPairs, Search
 from .settings import ContactSettings
@@ -80,9 +82,7 @@ class SurfaceContact:
         self._element_rows = coordinates.elements
         self._slave_rows, self._slave_shapes = self._points.slave_shapes()
         self._slave_elements = self._points.owner_elements[self._points.owner_starts[:-1]]
-        self._kernels = SlaveKernels(
-            settings.method, 0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness, device
-        )
+        self._stiffness = SlaveStiffness(0.5 * settings.sts_stiffness * self._points.areas, settings.nts_stiffness)
 
         self._reach, self._margin = reach_of(mesh, self._thickness), margin_of(mesh, self._thickness)
         self._touching = 1e-9 * mesh.size
@@ -92,14 +92,18 @@ class SurfaceContact:
         self._slaves = Buffer(self._points.slave_count, vec3, device)
         facets = self._search.surface(self._nodes.array)
         self._surfaces = MasterSurfaces(mesh, coordinates, k, facets, self._reach, device)
-        self.kernel_modules = (broadphase.find_candidates.module.name, *self._surfaces.modules, *self._kernels.modules)
+        self.kernel_modules = (
+            tuple(kernel.module.name for kernel in (broadphase.find_candidates, point_contacts))
+            + self._surfaces.modules
+        )
 
+        compile_now(point_contacts, device)
         start = self._interpolation @ initial_q
         self._table = build_thickness(self._search, self._points, start, self._thickness)
         self._built_at: np.ndarray | None = None
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._accepted_least = np.zeros(0)
+        self._near_keys, self._near_distances, self._others_beyond = np.zeros(0, dtype=np.int64), np.zeros(0), 0.0
         self._accepted_q = np.array(initial_q)
         self._motion = LayerMotion(submesh, self._points.node_count, self._points.slave_count, device)
         self._motion.accept(start)
@@ -119,6 +123,7 @@ class SurfaceContact:
         self._accepted_q = np.array(q)
         self._motion.accept(self._positions)
         self._take_sides()
+        self._take_distances()
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
 
@@ -158,7 +163,7 @@ class SurfaceContact:
         """Integration points and nodes that touch in the last evaluated state, and the deepest penetration, m."""
         if not len(self._active):
             return 0, 0, 0.0
-        sts = int(np.count_nonzero(self._active < self._narrow.sts_count))
+        sts = int(np.count_nonzero(self._narrow.points[self._active] < self._stiffness.sts_count))
         gaps, _, begins = self._given_to_law()
         return sts, len(self._active) - sts, float(self._law.penetration(gaps, begins).max())
 
@@ -212,7 +217,6 @@ class SurfaceContact:
             "q": self._accepted_q,
             "pairs": self._accepted_keys,
             "sides": self._accepted_sides,
-            "least": self._accepted_least,
             "thickness": self._table.values,
         }
 
@@ -221,12 +225,12 @@ class SurfaceContact:
         self._accepted_q = np.array(state["q"])
         self._accepted_keys = np.array(state["pairs"])
         self._accepted_sides = np.array(state["sides"])
-        self._accepted_least = np.array(state["least"])
         self._table = replace(self._table, values=np.array(state["thickness"]))
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._built_at = None
         self._motion.accept(self._interpolation @ self._accepted_q)
         self._evaluate(self._accepted_q, everything=True)
+        self._take_distances()
 
     def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
         """Sides in the start state; returns the layers whose order is unknown."""
@@ -247,6 +251,7 @@ class SurfaceContact:
             sides[at] = ordered_sides(self._points, state.points[at], masters, pattern_faces, face_orders, normals)
             state.sides.write(sides)
         self._take_sides()
+        self._take_distances()
         self._launch()
         # points on the rim of a layer only touch it, as the lips of a cut do: no layer lies on another there
         unknown = at[(state.sides.read()[at] == FREE) & ~state.outer.read()[at]]
@@ -268,7 +273,6 @@ class SurfaceContact:
         """Sides at the accepted state, which has just been evaluated."""
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._accepted_least = np.zeros(0)
         state = self._narrow
         if state is None:
             return
@@ -276,11 +280,19 @@ class SurfaceContact:
         sides[state.reached] = sides_at(state, self._thickness, self._touching)
         sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
         known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
-        least = state.least_distances()
-        on_other_side = state.reached[sides[state.reached] * state.distances.read()[state.reached] < 0.0]
-        least[on_other_side] *= -1.0
-        self._accepted_keys, self._accepted_sides, self._accepted_least = state.keys[known], sides[known], least[known]
+        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
         state.sides.write(sides)
+
+    def _take_distances(self) -> None:
+        """How far all pairs are apart at the accepted state, where everything has just been evaluated, by name."""
+        state = self._narrow
+        self._near_keys, self._near_distances = np.zeros(0, dtype=np.int64), np.zeros(0)
+        self._others_beyond = self._reach if state is None else state.seen
+        if state is None:
+            return
+        least = state.least_distances()
+        order = np.argsort(state.keys)
+        self._near_keys, self._near_distances = state.keys[order], least[order]
         state.least.write(least)
 
     def _regain_thickness(self) -> None:
@@ -340,7 +352,7 @@ class SurfaceContact:
         self._active = np.zeros(0, dtype=int)
         self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
         if self._narrow is not None:
-            self._narrow.least.write(self._known_least(self._narrow.keys))
+            self._narrow.least.write(self._least(self._narrow.keys))
 
     def _known_sides(self, keys: np.ndarray) -> np.ndarray:
         """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
@@ -352,13 +364,13 @@ class SurfaceContact:
         sides[np.isin(keys, self._forgotten)] = FREE
         return sides
 
-    def _known_least(self, keys: np.ndarray) -> np.ndarray:
-        """How far sub-triangles of pairs were at least in the accepted state, 0 where that is not known, m."""
-        least = np.zeros(len(keys))
-        if len(self._accepted_keys):
-            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
-            known = self._accepted_keys[place] == keys
-            least[known] = self._accepted_least[place[known]]
+    def _least(self, keys: np.ndarray) -> np.ndarray:
+        """How far sub-triangles of pairs were at least in the accepted state, m."""
+        least = np.full(len(keys), self._others_beyond)
+        if len(self._near_keys):
+            place = np.minimum(np.searchsorted(self._near_keys, keys), len(self._near_keys) - 1)
+            near = self._near_keys[place] == keys
+            least[near] = self._near_distances[place[near]]
         return least
 
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
@@ -366,11 +378,9 @@ class SurfaceContact:
             pairs,
             self._table.of(pairs.keys),
             sides,
-            self._search.layers_of(pairs.keys),
             self._slaves.array,
             self._surfaces.masters,
             self._motion.motion,
-            self._kernels,
             self._reach if reach is None else reach,
             self._device,
         )
@@ -392,7 +402,7 @@ class SurfaceContact:
     def _given_to_law(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Gaps, stiffnesses and distances at which they begin to press, of the touching pairs."""
         state, active = self._narrow, self._active
-        return state.gaps.read()[active], self._kernels.stiffness_of(state.points[active]), state.thickness[active]
+        return state.gaps.read()[active], self._stiffness.of(state.points[active]), state.thickness[active]
 
     def _factors(self) -> csr_matrix:
         """(active, n) factors of the normal in the gradient of each gap."""
