@@ -74,3 +74,15 @@ def test_a_bordered_matrix_equals_that_of_blocks():
             found = pattern.matrix(symmetric_part(chain(seed)).values).full()
             zeros = 0.0 * identity(border.shape[0])
             np.testing.assert_array_equal(found.toarray(), bmat([[chain(seed), border.T], [border, zeros]]).toarray())
+
+
+def test_what_a_padded_pattern_remembers_goes_through_a_checkpoint():
+    values = symmetric_part(chain()).values
+    whole, resumed = (PaddedPattern(symmetric_part(chain()).pattern) for _ in range(2))
+    for seed in range(40):
+        whole.add(values, some_rows(2, seed % 9), np.ones(2))
+    resumed.restore(whole.state())
+    for seed in range(40, 80):
+        one, two = (padded.add(values, some_rows(2, seed % 11), np.ones(2)) for padded in (whole, resumed))
+        assert np.array_equal(one.pattern.indices, two.pattern.indices)
+        assert one.values.tobytes() == two.values.tobytes()

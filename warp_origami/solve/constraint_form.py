@@ -18,6 +18,7 @@ from scipy.sparse import bmat, csr_matrix, identity
 
 from warp_origami.clock import PhaseClock
 from warp_origami.system import Linearization, System
+from warp_origami.terms.padded_pattern import PaddedPattern
 from warp_origami.terms.symmetric import SymmetricMatrix
 
 from .bordered import BorderedPattern
@@ -26,10 +27,18 @@ from .reduced_tangent import ReducedTangent
 
 
 class ConstraintForm(Protocol):
-    """Newton directions that stay within the constraints."""
+    """Newton directions that stay within the constraints.
+
+    Attributes:
+        name: for summaries.
+        solver: of symmetric systems.
+        padding: memory of what touched, by which the order of elimination depends on what went before; None without
+            contact.
+    """
 
     name: str
     solver: LinearSolver
+    padding: PaddedPattern | None
 
     def factorize(self, linearization: Linearization, multiple: float, damping: float) -> "NewtonFactor | None":
         """Factor of J = K + multiple G + damping K_0, None if it cannot be factorized."""
@@ -55,6 +64,7 @@ class Eliminated:
         self.null_space = system.constraints.null_space
         self.transposed = self.null_space.T.tocsr()
         self.tangent = ReducedTangent(system, self.null_space, metric)
+        self.padding = self.tangent.padded if system.contact is not None else None
         self.solver = choose_solver(linear_solver, self.null_space.shape[1], "definite")
         self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "general")
         self._last: _EliminatedFactor | None = None
@@ -96,6 +106,7 @@ class Multipliers:
         size = 3 * system.coordinates.count
         self.equations = system.constraints.equations
         self.tangent = ReducedTangent(system, identity(size, format="csr"), metric)
+        self.padding = self.tangent.padded if system.contact is not None else None
         self.mean_metric = float(np.mean(metric.diagonal()))
         self.least_multiple = least_multiple
         self.solver = choose_solver(linear_solver, size + self.equations.shape[0], "indefinite")

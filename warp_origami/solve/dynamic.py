@@ -9,7 +9,7 @@ from warp_origami.system import System
 
 from .energy import EnergyBalance, Forces
 from .generalized_alpha import GeneralizedAlpha, Kinematics
-from .packing import pack, pack_contact, restore_contact, unpack
+from .packing import pack, pack_memory, restore_memory, unpack
 from .passage import passage
 from .recording import Recorder
 from .records import Observer, StepRecord
@@ -124,7 +124,8 @@ class DynamicRun:
     def resume(self, arrays: dict[str, np.ndarray]) -> RunState:
         """The state of a checkpoint."""
         state = RunState.from_arrays(arrays)
-        restore_contact(self.system.contact, arrays)
+        restore_memory("contact", self.system.contact, arrays)
+        restore_memory("padding", self.stepper.constraint_form.padding, arrays)
         self.observer.start(self.system.scene, self.surface.submesh, state.kinematics.time)
         return state
 
@@ -253,7 +254,8 @@ class DynamicRun:
         return self.record(k.time, step, k.q, k.v, state.balance, state.forces.prescribed, iterations)
 
     def _checkpoint(self, state: RunState) -> dict[str, np.ndarray]:
-        return state.arrays() | pack_contact(self.system.contact)
+        padding = pack_memory("padding", self.stepper.constraint_form.padding)
+        return state.arrays() | pack_memory("contact", self.system.contact) | padding
 
     def finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
         """Hands out what there is and returns the summary."""

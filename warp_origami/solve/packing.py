@@ -42,13 +42,13 @@ def unpack(arrays: dict[str, np.ndarray], kinds: dict[str, type]) -> dict[str, A
     return parts
 
 
-def pack_contact(contact) -> dict[str, np.ndarray]:
-    """Memory of the contact term (None without contact) as arrays "contact.name"."""
-    return {} if contact is None else {f"contact.{name}": value for name, value in contact.state().items()}
+def pack_memory(name: str, part) -> dict[str, np.ndarray]:
+    """Memory of a part of the system (None: it is not there) as arrays "name.key"."""
+    return {} if part is None else {f"{name}.{key}": value for key, value in part.state().items()}
 
 
-def restore_contact(contact, arrays: dict[str, np.ndarray]) -> None:
-    """Gives the contact term (None without contact) back what `pack_contact` gave."""
-    if contact is not None:
-        prefix = "contact."
-        contact.restore({n.removeprefix(prefix): value for n, value in arrays.items() if n.startswith(prefix)})
+def restore_memory(name: str, part, arrays: dict[str, np.ndarray]) -> None:
+    """Gives a part of the system (None: it is not there) back what `pack_memory` gave."""
+    if part is not None:
+        prefix = f"{name}."
+        part.restore({key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)})

@@ -13,7 +13,7 @@ from warp_origami.system import System
 from .energy import EnergyBalance, Forces
 from .equilibrium import FIRST_MULTIPLE, PATIENCE, Equilibrium, EquilibriumSolver, Start
 from .modal import Modes, ModeShapes
-from .packing import pack, pack_contact, restore_contact, unpack
+from .packing import pack, pack_memory, restore_memory, unpack
 from .passage import passage
 from .recording import Recorder
 from .records import Observer
@@ -110,7 +110,8 @@ class StaticRun:
             InputError: it is not one of this version.
         """
         state = StaticState(**unpack(arrays, {field.name: field.type for field in fields(StaticState)}))
-        restore_contact(self.system.contact, arrays)
+        restore_memory("contact", self.system.contact, arrays)
+        restore_memory("padding", self.solver.constraint_form.padding, arrays)
         self.observer.start(self.system.scene, self.surface.submesh, state.factor)
         return state
 
@@ -204,7 +205,8 @@ class StaticRun:
             self.observer.checkpoint(self._checkpoint(state))
 
     def _checkpoint(self, state: StaticState) -> dict[str, np.ndarray]:
-        return pack(vars(state)) | pack_contact(self.system.contact)
+        padding = pack_memory("padding", self.solver.constraint_form.padding)
+        return pack(vars(state)) | pack_memory("contact", self.system.contact) | padding
 
     def finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
         """Hands out what there is and returns the summary."""

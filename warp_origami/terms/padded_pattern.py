@@ -59,21 +59,41 @@ class PaddedPattern:
         self._launch.launch()
         return self._missing[0] == 0
 
+    def state(self) -> dict[str, np.ndarray]:
+        """What it remembers, for a checkpoint; after `restore` all results continue bitwise."""
+        padding = np.ones(len(self.pattern.indices), dtype=bool)
+        padding[self._places] = False
+        rows, columns = self.pattern.indices[padding], self.pattern.columns[padding]
+        return {"row": rows, "column": columns, "used": self._used[padding], "stamp": np.array(self._stamp)}
+
+    def restore(self, state: dict[str, np.ndarray]) -> None:
+        """Takes what it remembers from `state`."""
+        self._stamp = int(state["stamp"])
+        self._pad(state["row"], state["column"], state["used"])
+
     def _grow(self, rows: csr_matrix) -> None:
         """Makes room for rows, and forgets what was not used for long."""
         self.growths += 1
         kept = np.flatnonzero(self._used > self._stamp - MEMORY)
         ones = csr_matrix((np.ones(rows.nnz), rows.indices, rows.indptr), shape=rows.shape)
         new = tril(ones.T @ ones, format="coo")
-        row = np.concatenate([self._base.indices, self.pattern.indices[kept], new.row])
-        column = np.concatenate([self._base.columns, self.pattern.columns[kept], new.col])
-        stamps = np.zeros(len(row), dtype=np.int32)
+        row, column = self.pattern.indices[kept], self.pattern.columns[kept]
+        never = np.zeros(new.nnz, dtype=np.int32)
+        self._pad(
+            np.concatenate([row, new.row]),
+            np.concatenate([column, new.col]),
+            np.concatenate([self._used[kept], never]),
+        )
+
+    def _pad(self, row: np.ndarray, column: np.ndarray, used: np.ndarray) -> None:
+        """The base pattern and further entries with their last uses."""
         size = self._base.size
-        union = coo_matrix((np.ones(len(row), dtype=np.int8), (row, column)), shape=(size, size)).tocsc()
+        rows, columns = np.concatenate([self._base.indices, row]), np.concatenate([self._base.columns, column])
+        union = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size)).tocsc()
         union.sort_indices()
         pattern = SymmetricPattern(union.indptr, union.indices)
         stamps = np.zeros(len(pattern.indices), dtype=np.int32)
-        stamps[pattern.places_of(self.pattern.indices[kept], self.pattern.columns[kept])] = self._used[kept]
+        np.maximum.at(stamps, pattern.places_of(row, column), used)
         self._take(pattern, stamps)
 
     def _take(self, pattern: SymmetricPattern, stamps: np.ndarray) -> None:
