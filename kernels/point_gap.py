@@ -352,11 +352,6 @@ def write_contact(pair: int, x: vec3, reach: real, farthest: real, masters: Mast
         return
     side = pairs.sides[pair]
     contacts.facets[pair] = wp.abs(p.distance)
-    if wp.abs(p.distance) > reach:
-        contacts.gaps[pair] = NO_CONTACT
-        contacts.distances[pair] = p.distance
-        contacts.elements[pair] = p.element
-        return
     gap = side_of(p, side) * p.distance - pairs.thickness[pair]
     near = gap <= masters.errors[p.element] or side == UNKNOWN
     if near and wp.abs(p.distance) <= masters.zone:
@@ -366,7 +361,7 @@ def write_contact(pair: int, x: vec3, reach: real, farthest: real, masters: Mast
             p = cubic_point(masters, pairs, start, end, x, facet, FAR)
     direction = side_of(p, side)
     gap = direction * p.distance - pairs.thickness[pair]
-    if side == UNKNOWN:
+    if side == UNKNOWN or wp.abs(p.distance) > reach:
         gap = NO_CONTACT
     contacts.gaps[pair] = gap
     contacts.normals[pair] = direction * p.normal

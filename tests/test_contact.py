@@ -393,7 +393,7 @@ def test_a_side_that_changes_without_motion_is_forgotten():
     contact = sheets.contact("nts")._surfaces
     contact.accept(sheets.at(0.5 * THICKNESS))
     contact._accepted_sides = -contact._accepted_sides
-    contact._built_at = None
+    contact._searches.forget()
     q = sheets.at(0.49 * THICKNESS)
     energy, _ = contact.gradient(q)
     assert len(contact.through(q)[0]) > 10

@@ -1,6 +1,7 @@
 """Pairs that touch: how their gaps move with q, and the normal forces between them."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
@@ -43,6 +44,7 @@ class ActivePairs:
         )
 
     @classmethod
+    @cache
     def none(cls, count: int) -> "ActivePairs":
         """No pairs, for q with `count` rows."""
         nothing = np.zeros(0)
@@ -51,6 +53,7 @@ class ActivePairs:
     @classmethod
     def joined(cls, parts: "list[ActivePairs]") -> "ActivePairs":
         """All pairs of several."""
+        parts = [part for part in parts if len(part.forces)] or parts[:1]
         if len(parts) == 1:
             return parts[0]
         return cls(

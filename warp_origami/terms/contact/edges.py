@@ -12,6 +12,8 @@ vertex. Edges at no distance in the flat sheet (lips of a cut) have no thickness
 been apart and pass through each other.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import warp as wp
 from scipy.sparse import csr_matrix
@@ -30,6 +32,7 @@ from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
 from .law import PENALTY, ContactLaw
+from .recent import Recent
 from .thickness import CREASE_RATIO, ROUND_OFF, margin_of, reach_of
 
 LONGEST_ZONE = 0.25
@@ -37,6 +40,16 @@ LONGEST_ZONE = 0.25
 
 USED_MARGIN = 0.9
 """Part of the margin that edges may come closer by before the pairs are searched anew; the rest is for round-off."""
+
+
+@dataclass
+class _Found:
+    """Pairs that were found with the control points at `positions`, m, and what is known of them from accepted state
+    number `accepted`."""
+
+    positions: np.ndarray
+    narrow: EdgeNarrow
+    accepted: int
 
 
 class EdgeContact:
@@ -81,7 +94,8 @@ class EdgeContact:
         self._controls, self._accepted = (Buffer(len(zones) * 4, vec3, device) for _ in range(2))
 
         self._limited, self._limits = np.zeros(0, dtype=np.int64), np.zeros(0)
-        self._built_at: np.ndarray | None = None
+        self._searches: Recent[_Found] = Recent()
+        self._accepted_number = 0
         self._take(np.array(initial_q), *_nothing_known())
         self._evaluate(initial_q)
         self._limit_by_start(ROUND_OFF * mesh.size)
@@ -91,7 +105,9 @@ class EdgeContact:
         """Takes q as an accepted state: from now on edges are kept on the side of each other where they are in q."""
         self._evaluate(q)
         self._take(np.array(q), *self._known_from_here())
+        self._narrow.know(self._known_keys)
         self._regain_thickness()
+        self._found.accepted = self._accepted_number
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces."""
@@ -141,7 +157,8 @@ class EdgeContact:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
-        self._built_at, self._limits = None, np.array(state["limits"])
+        self._searches.forget()
+        self._limits = np.array(state["limits"])
         self._take(*(np.array(state[name]) for name in ("q", "pairs", "parameters", "sides")))
         self._evaluate(self._accepted_q)
 
@@ -153,8 +170,7 @@ class EdgeContact:
         self._known.controls = self._accepted.array
         self._known.parameters = wp.array(parameters, dtype=vec2, device=self._device)
         self._known.sides = wp.array(sides, dtype=wp.int32, device=self._device)
-        if self._built_at is not None:
-            self._narrow.know(keys)
+        self._accepted_number += 1
 
     def _known_from_here(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closest points of the evaluated state within reach, by pair, with their sides.
@@ -178,7 +194,7 @@ class EdgeContact:
         close = distances < self._thickness
         self._limited = keys[close]
         self._limits = np.maximum((1.0 - 1e-9) * distances[close] - below, 0.0)
-        self._built_at = None
+        self._searches.forget()
 
     def _regain_thickness(self) -> None:
         """Effective thickness after the accepted state, which has just been evaluated."""
@@ -209,20 +225,30 @@ class EdgeContact:
         """Closest points and gaps at q."""
         positions = self.curves.controls @ q
         self._controls.write(positions)
-        if self._built_at is None or self._approach(positions) > USED_MARGIN * self._margin:
-            self._rebuild(positions)
-        self._narrow.launch(self._approach(positions), self._known)
+        self._find(positions)
+        self._narrow.launch(self._approached, self._known)
         self._active = self._narrow.places("gaps", below=0.0)
 
-    def _approach(self, positions: np.ndarray) -> float:
-        """How much closer, at most, parts of two edges have come since the pairs were found, m."""
-        return self._search.speed * float(np.linalg.norm(positions - self._built_at, axis=1).max(initial=0.0))
+    def _find(self, positions: np.ndarray) -> None:
+        """All pairs that can touch before USED_MARGIN of the margin is used up."""
 
-    def _rebuild(self, positions: np.ndarray) -> None:
-        """Searches all pairs that can touch before USED_MARGIN of the margin is used up."""
-        self._built_at = positions
+        def fits(found: _Found) -> bool:
+            moved = float(np.linalg.norm(positions - found.positions, axis=1).max(initial=0.0))
+            # how much closer, at most, parts of two edges have come since the pairs were found
+            self._approached = self._search.speed * moved
+            return self._approached <= USED_MARGIN * self._margin
+
+        found = self._found = self._searches.use(fits, lambda: self._search_at(positions))
+        self._narrow = found.narrow
+        if found.accepted != self._accepted_number:
+            found.accepted = self._accepted_number
+            self._narrow.know(self._known_keys)
+            self._narrow.set_thickness(self._effective_thickness(self._narrow.near))
+
+    def _search_at(self, positions: np.ndarray) -> _Found:
+        self._approached = 0.0
         near = self._search.within(self._controls.array, self._reach + self._margin)
-        self._narrow = EdgeNarrow(
+        narrow = EdgeNarrow(
             near,
             self._effective_thickness(near),
             self._controls.array,
@@ -230,7 +256,8 @@ class EdgeContact:
             self._search.divisions,
             self._reach,
         )
-        self._narrow.know(self._known_keys)
+        narrow.know(self._known_keys)
+        return _Found(positions, narrow, self._accepted_number)
 
     def _forces(self) -> tuple[float, np.ndarray]:
         """Energy and its gradient."""

@@ -15,6 +15,8 @@ its barrier is a logarithm, and has no sides: here the side of a pair is that of
 iterate that is through is pushed back.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import warp as wp
 from scipy.sparse import csr_matrix
@@ -31,6 +33,7 @@ from .active_pairs import ActivePairs
 from .distance_bounds import DistanceBounds, change_of_distances
 from .features import FeatureMesh
 from .near_features import FeatureSearch, NearFeatures
+from .recent import Recent
 from .swept import relative_motion
 from .thickness import CREASE_RATIO, reach_of
 
@@ -48,6 +51,30 @@ CAP = 0.1
 
 PARALLEL = 1e-3
 """c_0 over the product of the squared flat lengths."""
+
+
+@dataclass
+class _Found:
+    """Pairs of features near each other, with the launch that evaluates them.
+
+    Attributes:
+        near: the pairs, (n,).
+        which: buffer of the pairs to be evaluated.
+        command: evaluates them.
+        state: buffers of FacetDistances, by name.
+        bounds: of their distances.
+        ranges: (n,) distance at which each begins to press, m.
+        sides, distances: (n,) +1, -1 or 0, and m, in the accepted state; None where that was not looked at.
+    """
+
+    near: NearFeatures
+    which: Buffer
+    command: Launch
+    state: dict[str, Buffer]
+    bounds: DistanceBounds
+    ranges: np.ndarray
+    sides: np.ndarray | None = None
+    distances: np.ndarray | None = None
 
 
 class FacetContact:
@@ -85,15 +112,15 @@ class FacetContact:
         self._sheets = sheet_labels(mesh.edges, len(mesh.vertices))[mesh.triangles[features.elements, 0]]
         count = len(features.flat)
         self._positions = Buffer(count, vec3, device)
-        self._bounds = DistanceBounds(self._thickness)
         self._flat, self._start = np.pad(features.flat, ((0, 0), (0, 1))), self._interpolation @ initial_q
-        self._near: NearFeatures | None = None
+        self._searches: Recent[_Found] = Recent()
         self.accept(np.array(initial_q))
 
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on features are kept on the side of each other where they are in q."""
         self._accepted_q, self._accepted_x = np.array(q), self._interpolation @ q
-        self._sides = None
+        for found in self._searches:
+            found.sides = None
         self._evaluate(q)
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
@@ -130,7 +157,7 @@ class FacetContact:
 
     def counts(self) -> tuple[int, int]:
         """Vertices on triangles and edges on edges that touch in the last evaluated state."""
-        edges = int(np.count_nonzero(self._near.kinds[self._active] == EDGE_EDGE))
+        edges = int(np.count_nonzero(self._found.near.kinds[self._active] == EDGE_EDGE))
         return len(self._active) - edges, edges
 
     def state(self) -> dict[str, np.ndarray]:
@@ -139,48 +166,51 @@ class FacetContact:
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
-        self._near = None
+        self._searches.forget()
         self.accept(state["q"])
 
     def _evaluate(self, q: np.ndarray) -> None:
         """Distances of all pairs that can touch at q."""
         self._x = self._interpolation @ q
         self._active = np.zeros(0, dtype=int)
-        moved = np.inf if self._near is None else relative_motion(self._near.positions, self._x)
-        if self._reach + 2.0 * moved > self._radius:
-            self._rebuild()
-        if not len(self._near.kinds):
+        found = self._found = self._searches.use(self._fits, self._search_here)
+        if not len(found.near.kinds):
             return
-        if self._sides is None:
+        if found.sides is None:
             self._look_at_accepted_state()
         since = change_of_distances(self._accepted_x, self._x)
-        through = np.minimum(since - self._accepted_distances, self._reach)
-        which = self._bounds.within(self._x, np.maximum(self._ranges, through))
+        through = np.minimum(since - found.distances, self._reach)
+        which = found.bounds.within(self._x, np.maximum(found.ranges, through))
         if which is None:
-            which = np.arange(len(self._near.kinds))
+            which = np.arange(len(found.near.kinds))
             self._launch(which, self._x)
-            self._bounds.take(self._x, np.abs(self._state["distances"].read()))
+            found.bounds.take(self._x, np.abs(found.state["distances"].read()))
         else:
             self._launch(which, self._x)
-        self._touch(which, through)
+        if len(which):
+            self._touch(which, through)
+
+    def _fits(self, found: _Found) -> bool:
+        """Whether the sheet has not yet moved by half of the radius of a search."""
+        return self._reach + 2.0 * relative_motion(found.near.positions, self._x) <= self._radius
 
     def _touch(self, which: np.ndarray, through: np.ndarray) -> None:
         """What touches among the pairs `which`, in an order that does not depend on the search.
 
         `through` (pairs,), m: up to which distance a pair may be on the wrong side, having moved as little as it has.
         """
-        state = self._state
+        state = self._found.state
         distances = state["distances"].read()[which]
-        limits = np.maximum(self._ranges, through)[which]
-        close = (np.abs(distances) < limits) & (self._ranges[which] > self._touching)
+        limits = np.maximum(self._found.ranges, through)[which]
+        close = (np.abs(distances) < limits) & (self._found.ranges[which] > self._touching)
         at, distances = which[close], distances[close]
-        sided = state["facing"].read()[at] & (self._sides[at] != 0.0)
+        sided = state["facing"].read()[at] & (self._found.sides[at] != 0.0)
         # where the side is not known, the one that the pair is on
-        sides = np.where(sided, self._sides[at], np.where(distances < 0.0, -1.0, 1.0))
+        sides = np.where(sided, self._found.sides[at], np.where(distances < 0.0, -1.0, 1.0))
         gaps = sides * distances
-        touching = gaps < self._ranges[at]
+        touching = gaps < self._found.ranges[at]
         at = at[touching]
-        order = np.lexsort((self._near.seconds[at], self._near.firsts[at], self._near.kinds[at]))
+        order = np.lexsort((self._found.near.seconds[at], self._found.near.firsts[at], self._found.near.kinds[at]))
         self._active = at[order]
         self._gaps = gaps[touching][order]
         self._directions = sides[touching][order][:, None] * state["normals"].read()[self._active]
@@ -188,50 +218,51 @@ class FacetContact:
 
     def _look_at_accepted_state(self) -> None:
         """Distances of all pairs in the accepted state, and +1 or -1 where they have a sign there, else 0."""
-        self._launch(np.arange(len(self._near.kinds)), self._accepted_x)
-        distances = self._state["distances"].read()
-        self._accepted_distances = np.abs(distances)
-        known = self._state["facing"].read() & (self._accepted_distances > self._touching)
-        self._sides = np.where(known, np.sign(distances), 0.0)
-        self._bounds.take(self._accepted_x, self._accepted_distances)
+        self._launch(np.arange(len(self._found.near.kinds)), self._accepted_x)
+        distances = self._found.state["distances"].read()
+        self._found.distances = np.abs(distances)
+        known = self._found.state["facing"].read() & (self._found.distances > self._touching)
+        self._found.sides = np.where(known, np.sign(distances), 0.0)
+        self._found.bounds.take(self._accepted_x, self._found.distances)
 
     def _launch(self, which: np.ndarray, positions: np.ndarray) -> None:
         """Evaluates the pairs `which` where the points are at `positions`."""
         if not len(which):
             return
         self._positions.write(positions)
-        self._which.write_first(which)
-        self._command.set_dim(len(which))
-        self._command.launch()
+        self._found.which.write_first(which)
+        self._found.command.set_dim(len(which))
+        self._found.command.launch()
 
-    def _rebuild(self) -> None:
+    def _search_here(self) -> _Found:
         """Searches all pairs that can touch before the sheet has moved by half of the radius."""
-        near = self._near = self._search.within(self._x, self._radius)
+        near = self._search.within(self._x, self._radius)
         count = len(near.kinds)
-        self._sides = None
         pairs, out = facet_pairs.FacetPairs(), facet_pairs.FacetDistances()
         pairs.kinds, pairs.firsts, pairs.seconds = near.arrays
         kinds = {"weights": vec4, "distances": real, "normals": vec3, "facing": wp.bool}
-        self._state = {name: Buffer(count, kind, self._device) for name, kind in kinds.items()}
-        for name, buffer in self._state.items():
+        state = {name: Buffer(count, kind, self._device) for name, kind in kinds.items()}
+        for name, buffer in state.items():
             setattr(out, name, buffer.array)
-        self._which = Buffer(count, wp.int32, self._device)
-        inputs = [pairs, self._search.features, self._positions.array, self._which.array]
-        self._command = Launch(facet_pairs.find_facet_distances, count, inputs, [out], self._device, GRAIN)
-        self._ranges = np.full(count, RANGE_SHARE * self._thickness)
+        which = Buffer(count, wp.int32, self._device)
+        inputs = [pairs, self._search.features, self._positions.array, which.array]
+        command = Launch(facet_pairs.find_facet_distances, count, inputs, [out], self._device, GRAIN)
+        ranges = np.full(count, RANGE_SHARE * self._thickness)
+        found = self._found = _Found(near, which, command, state, DistanceBounds(self._thickness), ranges)
         if not count:
-            return
+            return found
         sheets = self._sheets[self._corners(np.arange(count))[:, [0, 3]]]
         for positions, share in ((self._flat, CREASE_RATIO), (self._start, 1.0)):
             self._launch(np.arange(count), positions)
-            limits = RANGE_SHARE * share * np.abs(self._state["distances"].read())
+            limits = RANGE_SHARE * share * np.abs(state["distances"].read())
             if positions is self._flat:
                 limits[sheets[:, 0] != sheets[:, 1]] = np.inf
-            self._ranges = np.minimum(self._ranges, limits)
+            found.ranges = np.minimum(found.ranges, limits)
+        return found
 
     def _corners(self, at: np.ndarray | None = None) -> np.ndarray:
         """(k, 4) points of the two features of pairs `at`, or of all that touch."""
-        near, features = self._near, self._features
+        near, features = self._found.near, self._features
         at = self._active if at is None else at
         first, second = near.firsts[at], near.seconds[at]
         edges = near.kinds[at] == EDGE_EDGE
@@ -243,7 +274,7 @@ class FacetContact:
 
     def _elements(self) -> np.ndarray:
         """(active, 2) an element that holds each feature of touching pairs."""
-        near, at = self._near, self._active
+        near, at = self._found.near, self._active
         edges = near.kinds[at] == EDGE_EDGE
         elements = np.empty((len(at), 2), dtype=int)
         for column, numbers, others in (
@@ -256,7 +287,7 @@ class FacetContact:
 
     def _barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """b, db/dd and d2b/dd2 of touching pairs (J, N, N/m)."""
-        k, a, d = self._stiffness, self._ranges[self._active], self._gaps
+        k, a, d = self._stiffness, self._found.ranges[self._active], self._gaps
         at = np.maximum(d, CAP * a)
         slope, curvature = -0.5 * k * a * (a**2 - at**2) / at**2, k * (a / at) ** 3
         beyond = d - at
@@ -265,13 +296,13 @@ class FacetContact:
 
     def _mollifier(self) -> tuple[np.ndarray, np.ndarray]:
         """m of touching pairs, and its derivatives (active, 4, 3) by the corners, 1/m."""
-        edges = np.flatnonzero(self._near.kinds[self._active] == EDGE_EDGE)
+        edges = np.flatnonzero(self._found.near.kinds[self._active] == EDGE_EDGE)
         value, slopes = np.ones(len(self._active)), np.zeros((len(self._active), 4, 3))
         x = self._x[self._corners()[edges]]
         u, v = x[:, 1] - x[:, 0], x[:, 3] - x[:, 2]
         cross = np.cross(u, v)
         c = np.einsum("kd,kd->k", cross, cross)
-        first, second = (self._near.firsts[self._active[edges]], self._near.seconds[self._active[edges]])
+        first, second = (self._found.near.firsts[self._active[edges]], self._found.near.seconds[self._active[edges]])
         full = PARALLEL * (self._lengths[first] * self._lengths[second]) ** 2
         share = np.minimum(c / full, 1.0)
         value[edges] = share * (2.0 - share)

@@ -11,7 +11,7 @@ Masters are the cubic elements: the nearest plane sub-triangle starts the projec
 their surface, and forces act on all coordinates of the element by its shape functions, as they do on the slave's.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -33,6 +33,7 @@ from .layer_motion import LayerMotion
 from .masters import MasterSurfaces
 from .narrow import NarrowPhase, SlaveStiffness
 from .points import build_points
+from .recent import Recent
 from .search import LayerPairs, Search
 from .settings import ContactSettings
 from .sides import ordered_sides, pattern_normals, sides_at, unordered_layers
@@ -45,6 +46,16 @@ ROUND_OFF = 1e-9
 
 REBUILD_FRACTION = 0.45
 """Part of the margin that a point may move before the candidates are searched anew; below 1/2, both sides move."""
+
+
+@dataclass
+class _Found:
+    """Pairs that were found with points at `positions`, m, and what is known of them from accepted state number
+    `accepted`."""
+
+    positions: np.ndarray
+    narrow: NarrowPhase | None
+    accepted: int
 
 
 class SurfaceContact:
@@ -100,7 +111,8 @@ class SurfaceContact:
         compile_now(point_contacts, device)
         start = self._interpolation @ initial_q
         self._table = build_thickness(self._search, self._points, start, self._thickness)
-        self._built_at: np.ndarray | None = None
+        self._searches: Recent[_Found] = Recent()
+        self._accepted_number, self._moved = 0, 0.0
         self._accepted_keys = np.zeros(0, dtype=np.int64)
         self._accepted_sides = np.zeros(0, dtype=np.int32)
         self._near_keys, self._near_distances, self._others_beyond = np.zeros(0, dtype=np.int64), np.zeros(0), 0.0
@@ -126,6 +138,8 @@ class SurfaceContact:
         self._take_distances()
         self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
+        self._accepted_number += 1
+        self._found.accepted = self._accepted_number
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Contact energy (J) and its gradient (n, 3): minus the contact forces (36), (44)."""
@@ -205,7 +219,7 @@ class SurfaceContact:
     def _forget(self, keys: np.ndarray) -> None:
         """Makes pairs free to be on either side until the next accepted state."""
         self._forgotten = np.union1d(self._forgotten, keys)
-        self._built_at = None
+        self._searches.forget()
 
     def summary(self, edges: int) -> ContactSummary:
         """What will be modelled, for `check`, beside a number of edges."""
@@ -227,7 +241,7 @@ class SurfaceContact:
         self._accepted_sides = np.array(state["sides"])
         self._table = replace(self._table, values=np.array(state["thickness"]))
         self._forgotten = np.zeros(0, dtype=np.int64)
-        self._built_at = None
+        self._searches.forget()
         self._motion.accept(self._interpolation @ self._accepted_q)
         self._evaluate(self._accepted_q, everything=True)
         self._take_distances()
@@ -235,7 +249,7 @@ class SurfaceContact:
     def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
         """Sides in the start state; returns the layers whose order is unknown."""
         self._place(q)
-        self._rebuild()
+        self._find()
         if self._narrow is None:
             return np.zeros((0, 2), dtype=int)
         self._motion.forget()
@@ -266,7 +280,8 @@ class SurfaceContact:
         closer = distances < state.thickness[state.reached]
         if closer.any():
             self._table = self._table.limited(state.keys[state.reached[closer]], distances[closer])
-            self._rebuild()
+            self._searches.forget()
+            self._find()
             self._launch()
 
     def _take_sides(self) -> None:
@@ -278,7 +293,7 @@ class SurfaceContact:
             return
         sides = np.full(len(state.keys), UNKNOWN, dtype=np.int32)
         sides[state.reached] = sides_at(state, self._thickness, self._touching)
-        sides[state.reached[np.abs(state.distances.read()[state.reached]) > self._reach]] = UNKNOWN
+        sides[state.reached[np.abs(state.distances.read()[state.reached]) > state.seen]] = UNKNOWN
         known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
         self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
         state.sides.write(sides)
@@ -314,10 +329,10 @@ class SurfaceContact:
     def _evaluate(self, q: np.ndarray, everything: bool = False) -> None:
         """Gaps of all pairs at q, of those that can touch or of `everything` that is near."""
         self._place(q)
-        if self._built_at is None or self._moved > REBUILD_FRACTION * self._margin:
-            self._rebuild()
+        self._find()
         state = self._narrow
         if state is None:
+            self._active = np.zeros(0, dtype=int)
             return
         if everything:
             self._motion.forget()
@@ -335,7 +350,6 @@ class SurfaceContact:
         """Brings the surface and its points to `q`."""
         positions = self._interpolation @ q
         self._positions = positions
-        self._moved = np.inf if self._built_at is None else _largest_distance(positions, self._built_at)
         self._nodes.write(positions[: self._points.node_count])
         self._slaves.write(positions[self._points.node_count :])
         self._surfaces.place(q)
@@ -345,14 +359,28 @@ class SurfaceContact:
         state.launch(self._moved, farther)
         self._active = state.sorted_by_key(state.reached[state.gaps.read()[state.reached] < 0.0])
 
-    def _rebuild(self) -> None:
-        """Searches all pairs that can touch before a point has moved by REBUILD_FRACTION of the margin."""
-        self._built_at, self._moved = self._positions, 0.0
+    def _find(self) -> None:
+        """All pairs that can touch, as long as no point has moved by more than REBUILD_FRACTION of the margin."""
+        found = self._found = self._searches.use(self._fits, self._search_here)
+        self._narrow = state = found.narrow
+        if found.accepted != self._accepted_number:
+            found.accepted = self._accepted_number
+            if state is not None:
+                state.sides.write(self._known_sides(state.keys))
+                state.least.write(self._least(state.keys))
+                state.set_thickness(self._table.of(state.keys))
+
+    def _fits(self, found: _Found) -> bool:
+        self._moved = _largest_distance(self._positions, found.positions)
+        return self._moved <= REBUILD_FRACTION * self._margin
+
+    def _search_here(self) -> _Found:
+        self._moved = 0.0
         pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
-        self._active = np.zeros(0, dtype=int)
-        self._narrow = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
-        if self._narrow is not None:
-            self._narrow.least.write(self._least(self._narrow.keys))
+        state = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
+        if state is not None:
+            state.least.write(self._least(state.keys))
+        return _Found(self._positions, state, self._accepted_number)
 
     def _known_sides(self, keys: np.ndarray) -> np.ndarray:
         """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
