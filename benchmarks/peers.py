@@ -13,6 +13,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ def main() -> None:
     cores = set(options.cores or sorted(os.sched_getaffinity(0))[:2]) if hasattr(os, "sched_setaffinity") else None
     chosen = [case for case in cases.CASES if case.program in options.only and case.job["scene"] in options.scene]
     chosen = [case for case in chosen if case.quick or not options.quick]
+    options.environment = options.environment.resolve()
     packages = sorted({cases.PACKAGES[case.program] for case in chosen if case.program in cases.PACKAGES})
     missing = environment.prepare(options.environment, packages)
     if options.reference or not REFERENCE.exists():
@@ -70,9 +72,12 @@ def _run(case: cases.Case, folder: Path, cores: set[int] | None) -> dict:
 
 
 def _answer(command: list, cores: set[int] | None) -> dict:
+    folder = tempfile.gettempdir()  # MuJoCo writes a log where it runs
     pinned = (lambda: os.sched_setaffinity(0, cores)) if cores else None
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT, preexec_fn=pinned)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=TIME_LIMIT, cwd=folder, preexec_fn=pinned
+        )
     except subprocess.TimeoutExpired:
         return {"status": f"not done after {TIME_LIMIT:g} s"}
     answers = [line for line in done.stdout.splitlines() if line.startswith(ANSWER)]
