@@ -1,4 +1,7 @@
-"""Number of negative eigenvalues of a symmetric matrix: that of the negative pivots of its LDL^T (Sylvester)."""
+"""Number of negative eigenvalues of a symmetric matrix: that of the negative pivots of its LDL^T (Sylvester).
+
+Most matrices that are asked about have none, which Cholesky tells in a fraction of the time.
+"""
 
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -6,6 +9,7 @@ from scipy.sparse import csc_matrix
 from warp_origami.terms.symmetric import symmetric_part
 
 from . import pardiso
+from .multifrontal import Multifrontal
 from .superlu import without_pivoting
 
 LARGE = 3000
@@ -17,7 +21,10 @@ def negative_pivots(matrix: csc_matrix) -> int | None:
 
     None where they cannot be told: a pivot vanished, and the matrix is singular or rows were exchanged.
     """
+    given = symmetric_part(matrix)
+    if Multifrontal().factorize(given) is not None:
+        return 0
     if matrix.shape[0] >= LARGE and pardiso.is_installed():
-        return pardiso.negative_pivots(symmetric_part(matrix))
+        return pardiso.negative_pivots(given)
     factor = without_pivoting(matrix)
     return None if factor is None else int(np.sum(factor.U.diagonal() < 0.0))
