@@ -2,6 +2,7 @@
 
 import os
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from warp_origami.kernels.precision import vec3
 import warp_origami as origami
 from membrane_cases import Film, distorted_sheet
 from warp_origami.model.coordinates import affine_coordinates
+from warp_origami.terms import membrane as terms_membrane
 from warp_origami.terms.contact import edge_narrow, facets, masters, narrow
 from warp_origami.terms.launches import Launch, launch_together
 from warp_origami.terms.membrane import Membrane
-from warp_origami.terms.threads import Team, available_cores, team, use_threads
+from warp_origami.terms.threads import LATE, PAUSE, Team, available_cores, team, use_threads
 
 several = pytest.mark.skipif(available_cores() < 2, reason="one core")
 
@@ -88,7 +90,9 @@ def test_every_index_is_worked_on_once_however_launches_are_divided(count, falli
 
 
 @several
-def test_membrane_is_bitwise_the_same_on_two_threads():
+def test_membrane_is_bitwise_the_same_on_two_threads(monkeypatch):
+    for name in ("TANGENT_GRAIN", "GRADIENT_GRAIN", "GATHER_GRAIN"):
+        monkeypatch.setattr(terms_membrane, name, 1)
     mesh, coordinates = distorted_sheet(8, crease=3)
     membrane = Membrane(mesh, coordinates, Film())
     q = affine_coordinates(mesh, coordinates, np.pad(mesh.vertices, ((0, 0), (0, 1))))
@@ -119,3 +123,14 @@ def test_a_run_with_contact_is_bitwise_the_same_on_two_threads(monkeypatch):
     for name in runs[0].history:
         assert np.array_equal(runs[0].history[name], runs[1].history[name]), name
     assert np.array_equal(runs[0].frames[-1].nodes, runs[1].frames[-1].nodes)
+
+
+@several
+def test_a_team_whose_core_is_busy_elsewhere_leaves_work_to_one_thread_for_a_while():
+    """The other part always takes longer than the own one, as when another program has its core."""
+    with use_threads(2) as two:
+        assert two.ready
+        for _ in range(LATE):
+            two.run([[], [lambda: time.sleep(1e-3)]])
+        assert not any(two.ready for _ in range(PAUSE))
+        assert two.ready

@@ -18,7 +18,7 @@ class Launch:
         dim: number of indices; may be changed.
         inputs, outputs: of the kernel, without `begin`.
         device: of Warp.
-        grain: least number of indices that are worth a thread: some 50 us of work, the price of waking a thread.
+        grain: least number of indices that are worth a thread: some 150 us of work, thrice the price of waking one.
         begin: the first index.
         falling: the work falls along the indices; every thread then has a part from both ends.
     """
@@ -61,7 +61,7 @@ class Launch:
     def plan(self) -> list[list[Task]]:
         """What each thread has to do; of one thread where more would not pay."""
         threads = min(team().size, self._dim // self._grain) if self._device.is_cpu else 1
-        wanted = (max(threads, 1), self._dim)
+        wanted = (threads if threads > 1 and team().ready else 1, self._dim)
         if wanted != self._planned:
             self._plan, self._planned = self._divided(*wanted), wanted
         return self._plan

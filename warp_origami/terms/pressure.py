@@ -26,7 +26,7 @@ from .shapes import tabulate
 GAUSS = 6
 """Gauss points a side of the collapsed square: the constants have degree 4 + 3 + 3, and collapsing adds 1."""
 
-GRAIN = 64
+GRAIN = 200
 """Elements, and rows of q, that are worth a thread."""
 
 CHUNK = 2048

@@ -8,6 +8,7 @@ it, and nothing runs at the same time.
 import os
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -18,6 +19,10 @@ Task = Callable[[], None]
 LOOK = 0.05
 """Seconds for which cores are watched before some of them are chosen."""
 
+LATE, PAUSE = 3, 200
+"""After so many times in a row that waiting for the others took longer than the own part, a core is busy with something
+else: so many times this thread does all of the work."""
+
 
 class Team:
     """The calling thread and `size` - 1 more."""
@@ -26,6 +31,15 @@ class Team:
         self.size = len(cores)
         self._workers = [_Worker(core) for core in cores[1:]]
         self._busy = threading.Lock()
+        self._late, self._pause = 0, 0
+
+    @property
+    def ready(self) -> bool:
+        """Whether it pays to divide work: not while other programs keep the cores."""
+        if self._pause:
+            self._pause -= 1
+            return False
+        return self.size > 1
 
     def run(self, work: Sequence[Sequence[Task]]) -> None:
         """Runs work[i] on thread i, the first on this one, and returns when all is done.
@@ -38,17 +52,25 @@ class Team:
             return
         try:
             given = [(worker, tasks) for worker, tasks in zip(self._workers, work[1:], strict=False) if tasks]
+            start = time.perf_counter()
             for worker, tasks in given:
                 worker.start(tasks)
             try:
                 _run(work[0])
             finally:
+                done = time.perf_counter()
                 errors = [worker.wait() for worker, _ in given]
+            self._judge(done - start, time.perf_counter() - done)
             for error in errors:
                 if error is not None:
                     raise error
         finally:
             self._busy.release()
+
+    def _judge(self, own: float, waited: float) -> None:
+        self._late = self._late + 1 if waited > own else 0
+        if self._late == LATE:
+            self._late, self._pause = 0, PAUSE
 
     def end(self) -> None:
         """Ends the threads."""

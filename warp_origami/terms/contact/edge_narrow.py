@@ -18,7 +18,7 @@ FIELDS = {
 }
 
 
-GRAIN = 100
+GRAIN = 300
 """Pairs of edges that are worth a thread: half a microsecond each and more."""
 
 

@@ -43,7 +43,7 @@ RANGE_SHARE = 0.25
 RADIUS_SHARE = 0.25
 """Radius of the search over the length of an edge."""
 
-GRAIN = 1000
+GRAIN = 3000
 """Pairs that are worth a thread: some 50 ns each."""
 
 CAP = 0.1

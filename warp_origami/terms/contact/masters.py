@@ -20,7 +20,7 @@ from ..shapes import tabulate
 SAMPLES = np.array([(i, j, 4 - i - j) for i in range(4) for j in range(4) if 1 <= i + j <= 4]) / 4.0
 """Where the error of a sub-triangle is looked at, area coordinates: multiples of 1/4 but for the corners."""
 
-GRAIN = 64
+GRAIN = 100
 """Elements that are worth a thread: about a microsecond each."""
 
 MARGIN = 1.25

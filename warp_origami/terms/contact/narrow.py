@@ -10,8 +10,8 @@ from ..buffers import Buffer
 from ..launches import Launch
 from .search import LayerPairs
 
-GRAIN = 300
-"""Pairs that are worth a thread: the nearest ones cost a microsecond each, the others a tenth of it."""
+GRAIN = 1000
+"""Pairs that are worth a thread: the nearest ones cost a microsecond each, most others a twentieth of it."""
 
 
 class SlaveStiffness:
