@@ -1,5 +1,7 @@
 """The mixed iteration: its strains, that it ends where the plain one does, and that it needs fewer factorizations."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -116,6 +118,50 @@ def test_ends_where_the_plain_iteration_ends_in_contact(monkeypatch):
     print([end[1:] for end in ends], np.abs(ends[0][0] - ends[1][0]).max())
     assert ends[0][2] == ends[1][2]
     np.testing.assert_allclose(ends[1][0], ends[0][0], atol=1e-8)
+
+
+@dataclass
+class Spring:
+    """q + curvature q^3 / 3 = 1 in each of two unknowns, without strains of its own; counts factorizations."""
+
+    curvature: float
+    touching: bool = False
+    factorized: int = 0
+
+    def gradient(self, q):
+        return q + self.curvature * q**3 / 3.0 - 1.0
+
+    def linearize(self, q):
+        self.factorized += 1
+        stiffness = 1.0 + self.curvature * q**2
+        return self.gradient(q), lambda gradient: -gradient / stiffness
+
+    linearize_mixed = linearize
+
+    def take_strains(self, q):
+        pass
+
+    def advance_strains(self, q, step, length):
+        pass
+
+    def size(self, step):
+        return float(np.abs(step).max())
+
+
+def test_where_the_last_factor_suffices_there_is_no_other():
+    """Nearly linear: one factorization, and the end is that of the exact equation."""
+    spring = Spring(1e-2)
+    result = mixed_newton.minimize_mixed(spring, np.zeros(2), np.zeros(2), 1e-9)
+    assert result.failure is None and result.iterations == spring.factorized == 1
+    assert np.abs(spring.gradient(result.q)).max() < mixed_newton.CLOSED_SHARE * 1e-9
+
+
+def test_where_the_last_factor_does_not_suffice_there_is_another():
+    """Strongly curved: steps with the first factor do not fall, and it is Newton's iteration."""
+    spring = Spring(50.0)
+    result = mixed_newton.minimize_mixed(spring, np.zeros(2), np.zeros(2), 1e-9)
+    assert result.failure is None and 3 < result.iterations == spring.factorized < 12
+    assert np.abs(spring.gradient(result.q)).max() < 1e-9
 
 
 def test_goes_on_plainly_where_there_is_no_mixed_factor():

@@ -8,9 +8,11 @@ A step d of q adds 1/2 |grad d|^2 to every strain: 1 mm makes a false strain of 
 at work, and the plain iteration sees a false, taut sheet. The strains e do without it, and converge to E(q): where the
 step vanishes, e = E(q) and the law is that of q. Where the law has kinks, e' alone is a poor guide to the next state: a
 softened point goes far and comes back. So the stress that the linearized law had foretold has its say (kernels/srm.py).
-The geometric part of J has the stress of the law at e: that of sigma has the false one. The last step is one of the
-plain iteration, so that what it ends in does not depend on the way there. It begins from the strains at the begin of
-the step in time.
+The geometric part of J has the stress of the law at e: that of sigma has the false one. It begins from the strains at
+the begin of the step in time.
+
+It ends with the gradient of Phi itself, so that the end does not depend on the way there: by steps with the last factor
+where these fall fast, to a share of the tolerance, else by the plain iteration.
 
 Full steps are taken where nothing touches, unless the slope of Phi rises to nearly what it fell by; contact, whose
 overshoot is not of this kind, is left to the line search, and to a plain iteration where Phi rises along the step.
@@ -34,6 +36,16 @@ LENGTHS = (1.0, 0.7, 0.5, 0.3)
 
 LARGEST_RISE = 0.9
 """Slope at the end of a good step over that at its begin, at most."""
+
+CONTRACTION = 0.3
+"""Steps with the last factor that fall by less than this are given up."""
+
+CLOSED_SHARE = 1e-3
+"""The iteration may end with a step with the last factor that is smaller than this share of the tolerance; being one of
+a falling sequence, it leaves less than half of that."""
+
+MAXIMUM_CHORDS = 8
+"""Steps with the same factor in a row."""
 
 STRAIN_POWER = 0.5
 """Strains take the part l^STRAIN_POWER of a step of which q takes the part l: they are to know early what is ahead."""
@@ -72,10 +84,14 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
         size = potential.size(step)
         if not np.isfinite(size):
             break
+        length, ahead = _length(potential, q, step, float(gradient @ step))
+        if length == 1.0 and ahead is not None:
+            closed = _close(potential, direction, q + step, ahead, size, tolerance)
+            if closed is not None:
+                return NewtonResult(closed, iterations)
         if size < tolerance:
             q = q + step
             break
-        length = _length(potential, q, step, float(gradient @ step))
         if length is not None:
             potential.advance_strains(q, step, length**STRAIN_POWER)
             q = q + length * step
@@ -91,15 +107,35 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
     return NewtonResult(plain.q, iterations + plain.iterations, plain.failure)
 
 
-def _length(potential: MixedPotential, q: np.ndarray, step: np.ndarray, slope: float) -> float | None:
-    """Part of the step to be taken, None if Phi rises along it."""
+def _close(
+    potential: MixedPotential, direction: Direction, q: np.ndarray, gradient: np.ndarray, size: float, tolerance: float
+) -> np.ndarray | None:
+    """The end of the plain iteration from q, with this gradient, after a step of `size` (m), without another factor;
+    None if this is not close enough to it."""
+    for _ in range(MAXIMUM_CHORDS):
+        step = direction(gradient)
+        before, size = size, potential.size(step)
+        if not size < CONTRACTION * before:
+            return None
+        q = q + step
+        if size < CLOSED_SHARE * tolerance:
+            return q
+        gradient = potential.gradient(q)
+    return None
+
+
+def _length(
+    potential: MixedPotential, q: np.ndarray, step: np.ndarray, slope: float
+) -> tuple[float | None, np.ndarray | None]:
+    """Part of the step to be taken, None if Phi rises along it; and the gradient of Phi there, if it is known."""
     touching = potential.touching
     for length in () if touching else LENGTHS:
-        rise = float(potential.gradient(q + length * step) @ step)
+        gradient = potential.gradient(q + length * step)
+        rise = float(gradient @ step)
         touching = potential.touching
         if rise <= LARGEST_RISE * abs(slope):
-            return length
+            return length, gradient
     if not touching and np.isfinite(rise):
-        return LENGTHS[-1]
+        return LENGTHS[-1], None
     slope = float(potential.gradient(q) @ step)
-    return line_search(potential, q, step, slope) if slope < 0.0 else None
+    return (line_search(potential, q, step, slope) if slope < 0.0 else None), None
