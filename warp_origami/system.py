@@ -56,9 +56,10 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Linearization:
-    """Gradient and the parts of the tangent, before constraints.
+    """Energy, gradient and the parts of the tangent, before constraints.
 
     Attributes:
+        energy: J, of strain and contact.
         gradient: (n, 3) as in Evaluation.
         blocks: (ne, 45) Warp array of 3x3 element tangents, overwritten by the next linearization: of the membrane and
             the symmetric part of that of follower pressure.
@@ -67,6 +68,7 @@ class Linearization:
         skew: (3n, 3n) skew part of the tangent, None without follower pressure.
     """
 
+    energy: float
     gradient: np.ndarray
     blocks: wp.array
     contact_rows: csr_matrix | None = None
@@ -156,16 +158,16 @@ class System:
         """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given;
         `mixed` and `geometric` as in Membrane.linearize, `contact` as in evaluate."""
         with self.clock.phase("assembly"):
-            _, gradient = self.membrane.linearize(q, mixed, geometric)
+            energy, gradient = self.membrane.linearize(q, mixed, geometric)
             blocks, skew = self.membrane.blocks, None
             if external is not None and external.pressures:
                 external.add_stiffness(q, blocks)
                 skew = external.skew_stiffness(q)
         if self.contact is None or not contact:
-            return Linearization(gradient, blocks, skew=skew)
+            return Linearization(energy, gradient, blocks, skew=skew)
         with self.clock.phase("contact"):
-            _, contact_gradient, rows, weights = self.contact.tangent(q)
-        return Linearization(gradient + contact_gradient, blocks, rows, weights, skew)
+            contact_energy, contact_gradient, rows, weights = self.contact.tangent(q)
+        return Linearization(energy + contact_energy, gradient + contact_gradient, blocks, rows, weights, skew)
 
     def take_strains(self, q: np.ndarray) -> None:
         """As in Membrane."""

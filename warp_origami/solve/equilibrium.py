@@ -219,7 +219,7 @@ class EquilibriumSolver:
             slope = float(gradient @ step)
             if not np.isfinite(slope):
                 return self._failed(q, iteration, multiple, held, "the Newton step is not a number")
-            energy, decrease = potential.scale(q), abs(slope)
+            energy, decrease = potential.scale(q, linearization.energy), abs(slope)
             least_decrease = max(energy_tolerance * energy, self.round_off)
             if not loaded and energy < self.no_energy:
                 least_decrease = self.no_change
@@ -274,9 +274,8 @@ class _Potential:
         share = DIFFERENCE * self.system.mesh.size / np.abs(step).max()
         return (self.gradient(q + share * step) - self.gradient(q)) / share
 
-    def scale(self, q: np.ndarray) -> float:
-        """Energy that changes are compared with, J."""
-        evaluation = self.system.evaluate(q.reshape(-1, 3))
+    def scale(self, q: np.ndarray, stored: float) -> float:
+        """Energy that changes are compared with, J; `stored` is that of strain and contact at q."""
         moved = q.reshape(-1, 3) - self.system.q0
         work = float(np.sum(np.abs(self.system.external_force(q.reshape(-1, 3), self.external) * moved)))
-        return max(evaluation.strain_energy + evaluation.contact_energy, work)
+        return max(stored, work)
