@@ -50,8 +50,9 @@ def test_second_order_in_position_velocity_and_reaction(fine):
     assert orders[-1].min() > 1.9
 
 
-def test_error_falls_with_the_tolerance_to_the_power_of_two_thirds(fine):
-    """Steps of their own choice on the same motion: the error of a step is of third order."""
+def test_error_is_proportional_to_the_tolerance(fine):
+    """Steps of their own choice on the same motion: they fall with the root of the tolerance, the error as a whole with
+    their square."""
     errors, steps = [], []
     for tolerance in (1e-7, 1e-8, 1e-9):
         scene = lifted("auto")
@@ -61,8 +62,8 @@ def test_error_falls_with_the_tolerance_to_the_power_of_two_thirds(fine):
         steps.append(result.summary["steps_accepted"])
     powers = np.log10(np.array(errors[:-1]) / errors[1:])
     print(f"errors {errors} m with {steps} steps, powers of the tolerance {powers}")
-    assert powers.min() > 0.5
-    assert steps[2] < 8 * steps[0]
+    assert powers.min() > 0.9
+    assert steps[2] < 10 * steps[0]
 
 
 def compare_forms(scene, until):

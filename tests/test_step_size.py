@@ -2,7 +2,7 @@
 
 import pytest
 
-from warp_origami.solve.step_size import AdaptiveStep, FixedStep
+from warp_origami.solve.step_size import LONGEST_WAIT, AdaptiveStep, FixedStep, Patience, error_bound
 
 CONTROLLER = AdaptiveStep(first=1e-3, smallest=1e-6, largest=1.0)
 
@@ -53,3 +53,25 @@ def test_a_fixed_step_stays_and_gives_up():
     assert fixed.judge(0.1, 1e9) == (True, 0.1)
     assert fixed.judge(0.03, 1.0) == (True, pytest.approx(0.1))  # the step before was cut to land on the end
     assert fixed.after_failure(0.1) is None
+
+
+def test_the_local_error_stays_below_the_tolerance_and_falls_so_that_the_global_one_is_proportional():
+    """Steps h of a local error c h^3 leave c h^2 a time: h^2 from the bound must be proportional to the tolerance."""
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+        assert error_bound(tolerance) <= tolerance
+    assert error_bound(1e-5) ** (2.0 / 3.0) == pytest.approx(10.0 * error_bound(1e-6) ** (2.0 / 3.0), rel=1e-12)
+    assert error_bound(1e-3) == 1e-3
+
+
+def test_patience_doubles_while_growing_fails_and_fades_when_it_succeeds():
+    patience, waits = Patience(), []
+    for _ in range(8):  # each time that steps may grow, the longer one is refused
+        patience, wait = patience.after_refusal(), 0
+        while patience.left > 0:
+            patience, wait = patience.after_step(grown=False), wait + 1
+        waits.append(wait)
+    assert waits == [0, 1, 3, 7, 15, 15, 15, 15] and LONGEST_WAIT == 15
+    for _ in range(4):
+        patience = patience.after_step(grown=True)
+    assert patience == Patience()
+    assert patience.after_step(grown=False) == Patience()

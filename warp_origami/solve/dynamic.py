@@ -16,7 +16,7 @@ from .records import Observer, StepRecord
 from .result import Failure
 from .sampling import Surface
 from .step import StepOutcome, Stepper
-from .step_size import AdaptiveStep, FixedStep, StepSizeController
+from .step_size import AdaptiveStep, FixedStep, Patience, StepSizeController
 from .summary import Counters, summarize
 
 FIRST_STEP_SHARE = 1e-4
@@ -63,6 +63,7 @@ class RunState:
         frames: number of frames written.
         crawled: accepted steps since the last one of usual length.
         borne: W, rate at which steps may create energy because shorter ones do no better.
+        patience: with growing steps after some that created energy.
     """
 
     kinematics: Kinematics
@@ -73,6 +74,7 @@ class RunState:
     frames: int
     crawled: int
     borne: float
+    patience: Patience
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Everything as arrays, for a checkpoint."""
@@ -115,7 +117,7 @@ class DynamicRun:
         self.observer.start(self.system.scene, self.surface.submesh, None)
         self.system.accept(self.system.q0)
         kinematics, forces, balance = self.stepper.start(self.controller.first)
-        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), frames=0, crawled=0, borne=0.0)
+        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), 0, 0, 0.0, Patience())
         with self.clock.phase("output"):
             self.observer.step(self._record(state, 0.0, 0))
             self.observer.frame(self.surface.frame(0.0, kinematics.q))
@@ -175,6 +177,10 @@ class DynamicRun:
         crawled = state.crawled + 1 if crawling else 0
         if crawled > LONGEST_CRAWL:
             return replace(state, counters=counters), _crawling(refused)
+        grown = taken > state.kinematics.auxiliary_step
+        patience = state.patience.after_refusal() if creations else state.patience.after_step(grown)
+        if patience.left > 0:
+            proposed = min(proposed, taken)
         if taken < step:  # cut to land on a stop
             proposed = max(proposed, step)
         if taken == stop - state.kinematics.time:
@@ -182,7 +188,8 @@ class DynamicRun:
         borne = FORGETTING * state.borne
         if _in_vain(outcome, creations) and outcome.created * taken <= SMALL_SHARE * self._scale(outcome):
             borne = max(outcome.created, borne)
-        return self._write(replace(state, crawled=crawled, borne=borne), outcome, counters, proposed), None
+        state = replace(state, crawled=crawled, borne=borne, patience=patience)
+        return self._write(state, outcome, counters, proposed), None
 
     def _creates_energy(self, outcome: StepOutcome, taken: float, creations: list[float], borne: float) -> bool:
         """Whether a step is bad because it creates energy, and shorter ones (`creations` so far, W) may be better."""
@@ -218,6 +225,7 @@ class DynamicRun:
             frames,
             before.crawled,
             before.borne,
+            before.patience,
         )
         with self.clock.phase("output"):
             self.observer.step(self._record(state, outcome.kinematics.auxiliary_step, outcome.iterations))

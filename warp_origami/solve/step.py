@@ -17,6 +17,7 @@ from .mixed_newton import minimize_mixed
 from .newton import NewtonResult, minimize
 from .result import Failure
 from .step_potential import StepPotential
+from .step_size import error_bound
 
 NEWTON_SHARE = 1e-4
 """Newton tolerance over the tolerance of the step; 1e-3 would do for accuracy, but 1e-4 keeps symmetric motion so."""
@@ -42,7 +43,7 @@ class StepOutcome:
         failure: None if Newton converged.
         iterations: Newton iterations.
         kinematics, forces, balance: at the end of the step; None after a failure of Newton.
-        error: local error over the tolerance.
+        error: local error over what it is to be kept below.
         created: W, energy the step created over its length.
     """
 
@@ -66,6 +67,7 @@ class Stepper:
         self.system, self.method = system, method
         self.constraint_form = make_constraint_form(system, system.mass)
         self.tolerance = system.scene.integrator.tolerance * system.mesh.size
+        self.error_bound = error_bound(system.scene.integrator.tolerance) * system.mesh.size
         self.material = system.scene.material
         null = system.constraints.null_space
         mass = symmetric_part(null.T @ system.full_mass @ null)
@@ -162,7 +164,7 @@ class Stepper:
             after,
             new_forces,
             new_balance,
-            potential.size(error.ravel()) / self.tolerance,
+            potential.size(error.ravel()) / self.error_bound,
             (new_balance.error - balance.error) / step,
         )
 

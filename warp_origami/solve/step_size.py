@@ -8,6 +8,21 @@ LARGEST_GROWTH = 2.0
 LARGEST_SHRINK = 0.3
 GROW_ABOVE = 1.25
 
+LONGEST_WAIT = 15
+"""Accepted steps after which a longer one is tried again where these have created energy, at the most."""
+
+PROPORTIONAL_BELOW = 1e-4
+"""Tolerance below which the error of smooth motion is to be in proportion to it."""
+
+
+def error_bound(tolerance: float) -> float:
+    """What the local error of a step is kept below, both relative to the size of the sheet.
+
+    Steps of a local error c h^3 each leave the error c h^2 T after a time T: with c h^3 = tolerance it would fall with
+    the power 2/3 of the tolerance only. So small tolerances are undercut, by a bound that falls with the power 3/2.
+    """
+    return tolerance * min(1.0, (tolerance / PROPORTIONAL_BELOW) ** 0.5)
+
 
 class StepSizeController(Protocol):
     """Decides on acceptance and on the next step; it has no state of its own."""
@@ -45,6 +60,32 @@ class AdaptiveStep:
 
     def after_failure(self, step: float) -> float | None:
         return 0.5 * step if 0.5 * step >= self.smallest else None
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long steps are kept from growing after longer ones have created energy.
+
+    A sheet that rings at frequencies beyond the step creates energy above some step, whatever the local error: without
+    patience every other step would be one too long, and refused. The wait doubles each time that growing has failed.
+
+    Attributes:
+        length: accepted steps to wait for after the next refusal.
+        left: accepted steps that are still to be waited for.
+    """
+
+    length: int = 0
+    left: int = 0
+
+    def after_refusal(self) -> "Patience":
+        """After a step whose longer trials were refused."""
+        return Patience(min(2 * self.length + 1, LONGEST_WAIT), self.length)
+
+    def after_step(self, grown: bool) -> "Patience":
+        """After a step that was accepted at once; `grown`: it was longer than the one before."""
+        if self.left > 0:
+            return Patience(self.length, self.left - 1)
+        return Patience(self.length // 2 if grown else self.length)
 
 
 @dataclass(frozen=True)
