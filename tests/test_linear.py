@@ -5,15 +5,17 @@ import os
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix, diags, identity, kron, random_array
+from scipy.sparse import block_diag, csc_matrix, diags, identity, kron, random_array
 
 from warp_origami.errors import InputError
 from warp_origami.solve.linear import choose_solver, cudss, inertia, negative_pivots, pardiso
-from warp_origami.solve.linear.choice import DENSE_DEFINITE, DENSE_OTHER
+from warp_origami.solve.linear.banded import Band
+from warp_origami.solve.linear.choice import DENSE
 from warp_origami.solve.linear.cudss import CuDSS
-from warp_origami.solve.linear.dense import DenseCholesky, DenseIndefinite, DenseLU
-from warp_origami.solve.linear.multifrontal import Multifrontal
+from warp_origami.solve.linear.dense import DenseIndefinite, DenseLU
+from warp_origami.solve.linear.multifrontal import Panels
 from warp_origami.solve.linear.pardiso import Pardiso
+from warp_origami.solve.linear.sparse_cholesky import SparseCholesky, along_fronts, in_band, quicker
 from warp_origami.solve.linear.superlu import SparseLU
 from warp_origami.terms.symmetric import SymmetricMatrix, symmetric_part
 from warp_origami.terms.threads import use_threads
@@ -21,10 +23,18 @@ from warp_origami.terms.threads import use_threads
 needs_pardiso = pytest.mark.skipif(not pardiso.is_installed(), reason="pypardiso is not installed")
 
 
+def multifrontal():
+    return SparseCholesky(along_fronts)
+
+
+def banded():
+    return SparseCholesky(in_band)
+
+
 def solvers(kind):
     """All solvers of one kind of matrices."""
     own = {
-        "definite": [DenseCholesky, Multifrontal],
+        "definite": [multifrontal, banded],
         "indefinite": [DenseIndefinite, SparseLU],
         "general": [DenseLU, SparseLU],
     }[kind]
@@ -136,7 +146,8 @@ def test_a_matrix_that_is_not_positive_definite_gives_none(kind, make, lowest):
 @pytest.mark.parametrize(
     "make",
     [
-        pytest.param(Multifrontal, id="Multifrontal"),
+        multifrontal,
+        banded,
         *(
             pytest.param(lambda k=k: Pardiso(k), id=f"Pardiso-{k}", marks=needs_pardiso)
             for k in ("definite", "indefinite")
@@ -162,14 +173,22 @@ def test_fronts_hold_any_pattern(density):
     half = random_array((size, size), density=density, rng=np.random.default_rng(3))
     matrix = csc_matrix(half @ half.T + identity(size))
     right = np.random.default_rng(0).normal(size=size)
-    found = Multifrontal().factorize(symmetric_part(matrix)).solve(right)
+    found = multifrontal().factorize(symmetric_part(matrix)).solve(right)
     np.testing.assert_allclose(found, np.linalg.solve(matrix.toarray(), right), rtol=0, atol=1e-10)
 
 
 def test_multifrontal_factors_repeat_bitwise():
     matrix = symmetric_part(grid(20))
     right = np.random.default_rng(0).normal(size=1200)
-    assert len({Multifrontal().factorize(matrix).solve(right).tobytes() for _ in range(3)}) == 1
+    assert len({multifrontal().factorize(matrix).solve(right).tobytes() for _ in range(3)}) == 1
+
+
+def test_narrow_matrices_are_factorized_in_a_band_and_wide_ones_along_fronts():
+    line = symmetric_part(diags([np.full(299, -1.0), np.full(300, 3.0), np.full(299, -1.0)], [-1, 0, 1]))
+    assert isinstance(quicker(line.pattern, None), Band)
+    parts = block_diag([np.ones((30, 30))] * 20 + [[[1.0]]]).tolil()
+    parts[600, :] = 1.0  # one unknown is coupled to all
+    assert isinstance(quicker(symmetric_part(csc_matrix(parts)).pattern, None), Panels)
 
 
 def test_unknown_solver_is_refused():
@@ -190,8 +209,7 @@ def test_auto_needs_no_extra(monkeypatch):
     assert "multifrontal" in names["definite"]
     assert "SuperLU" in names["indefinite"]
     assert "SuperLU" in names["general"]
-    assert "dense" in choose_solver("auto", DENSE_DEFINITE, "definite").name
-    assert "dense" in choose_solver("auto", DENSE_OTHER, "indefinite").name
+    assert "dense" in choose_solver("auto", DENSE, "indefinite").name
 
 
 @needs_pardiso

@@ -4,17 +4,17 @@ from warp_origami.errors import InputError
 
 from . import cudss, pardiso
 from .cudss import CuDSS
-from .dense import DenseCholesky, DenseIndefinite, DenseLU
+from .dense import DenseIndefinite, DenseLU
 from .interface import Kind, LinearSolver
-from .multifrontal import Multifrontal
 from .pardiso import Pardiso
+from .sparse_cholesky import SparseCholesky
 from .superlu import SparseLU
 
-DENSE_DEFINITE, DENSE_OTHER = 60, 200
-"""Unknowns up to which dense LAPACK is as fast as the sparse solvers that come with SciPy."""
+DENSE = 200
+"""Unknowns up to which dense LAPACK is as fast as SuperLU for matrices that are not definite."""
 
 PARDISO_FROM = 2000
-"""Unknowns from which on "auto" takes PARDISO, where it is installed; see docs/solvers.md for what was measured."""
+"""Unknowns from which on "auto" takes PARDISO, where it is installed: below it saves less than it takes to load."""
 
 NAMES = ("auto", "scipy", "pardiso", "cudss")
 
@@ -36,8 +36,8 @@ def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
     if name == "auto" and size >= PARDISO_FROM and pardiso.is_installed():
         return Pardiso(kind)
     if kind == "definite":
-        return DenseCholesky() if size <= DENSE_DEFINITE else Multifrontal()
-    if size > DENSE_OTHER:
+        return SparseCholesky()
+    if size > DENSE:
         return SparseLU()
     return DenseIndefinite() if kind == "indefinite" else DenseLU()
 

@@ -17,26 +17,6 @@ def _lower(matrix: SymmetricMatrix) -> np.ndarray:
     return dense
 
 
-class DenseCholesky:
-    """potrf: definite matrices."""
-
-    name = "dense Cholesky (LAPACK)"
-
-    def factorize(self, matrix: SymmetricMatrix) -> Factor | None:
-        if matrix.pattern.size == 0:
-            return EmptyFactor()
-        factor, info = lapack.dpotrf(_lower(matrix), lower=1, clean=0, overwrite_a=1)
-        return _CholeskyFactor(factor) if info == 0 else None
-
-
-class _CholeskyFactor:
-    def __init__(self, factor: np.ndarray):
-        self.factor = factor
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        return lapack.dpotrs(self.factor, right, lower=1)[0]
-
-
 class DenseIndefinite:
     """sytrf (Bunch-Kaufman): the multiplier form."""
 

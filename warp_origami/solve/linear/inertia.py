@@ -9,7 +9,7 @@ from scipy.sparse import csc_matrix
 from warp_origami.terms.symmetric import symmetric_part
 
 from . import pardiso
-from .multifrontal import Multifrontal
+from .sparse_cholesky import SparseCholesky
 from .superlu import without_pivoting
 
 LARGE = 3000
@@ -22,7 +22,7 @@ def negative_pivots(matrix: csc_matrix) -> int | None:
     None where they cannot be told: a pivot vanished, and the matrix is singular or rows were exchanged.
     """
     given = symmetric_part(matrix)
-    if Multifrontal().factorize(given) is not None:
+    if SparseCholesky().factorize(given) is not None:
         return 0
     if matrix.shape[0] >= LARGE and pardiso.is_installed():
         return pardiso.negative_pivots(given)

@@ -13,45 +13,12 @@ from scipy.linalg import blas, lapack
 from scipy.sparse import coo_matrix
 
 from warp_origami.terms.front_assembly import FrontAssembly
-from warp_origami.terms.symmetric import SymmetricMatrix, SymmetricPattern
+from warp_origami.terms.symmetric import SymmetricPattern
 
-from .analyses import Analyses
-from .dense import EmptyFactor
-from .fronts import Fronts, find_fronts
-from .interface import Factor
+from .fronts import Fronts
 
 
-class Multifrontal:
-    """Definite matrices of any size.
-
-    Attributes:
-        name: for summaries.
-    """
-
-    name = "sparse Cholesky (multifrontal)"
-
-    def __init__(self) -> None:
-        self._analyses: Analyses[_Panels] = Analyses(
-            lambda pattern, other: _Panels(pattern, _Plan(pattern) if other is None else other.plan)
-        )
-
-    @property
-    def analyses(self) -> int:
-        """How many patterns were analysed."""
-        return self._analyses.count
-
-    def factorize(self, matrix: SymmetricMatrix) -> Factor | None:
-        if matrix.pattern.size == 0:
-            return EmptyFactor()
-        panels = self._analyses.take(matrix.pattern)
-        if not panels.factorize(matrix.values):
-            return None
-        factor = _Factor(panels)
-        self._analyses.give(panels, factor)
-        return factor
-
-
-class _Plan:
+class Plan:
     """Where everything is stored.
 
     Attributes:
@@ -64,8 +31,8 @@ class _Plan:
         updates: U (m, m) of each front.
     """
 
-    def __init__(self, pattern: SymmetricPattern):
-        fronts = self.fronts = find_fronts(pattern)
+    def __init__(self, pattern: SymmetricPattern, fronts: Fronts):
+        self.fronts = fronts
         pivots = np.diff(fronts.starts)
         below = np.array([len(rows) for rows in fronts.rows], dtype=int)
         panels = np.concatenate([[0], np.cumsum(pivots * (pivots + below))])
@@ -119,7 +86,7 @@ class _Plan:
         return targets, sorted_tags.data.astype(np.int64)
 
 
-class _Panels:
+class Panels:
     """Memory of one factor.
 
     Attributes:
@@ -128,7 +95,7 @@ class _Panels:
         blocks: L11 (k, k) and L21 (m, k) of each front.
     """
 
-    def __init__(self, pattern: SymmetricPattern, plan: _Plan):
+    def __init__(self, pattern: SymmetricPattern, plan: Plan):
         self.pattern, self.plan = pattern, plan
         self.numbers = numbers = np.zeros(plan.length)
         self.blocks = [
@@ -155,17 +122,12 @@ class _Panels:
                 blas.dsyrk(-1.0, below, beta=added, c=plan.updates[front], lower=1, overwrite_c=1)
         return True
 
-
-class _Factor:
-    def __init__(self, panels: _Panels):
-        self.panels = panels
-
     def solve(self, right: np.ndarray) -> np.ndarray:
-        fronts: Fronts = self.panels.plan.fronts
-        blocks = self.panels.blocks
+        """x of A x = right (n,) or (n, k)."""
+        fronts, blocks = self.plan.fronts, self.blocks
+        if right.ndim == 2:
+            return np.stack([self.solve(column) for column in right.T], axis=1) if right.shape[1] else right.copy()
         x = np.asarray(right, dtype=float)[fronts.order]
-        if x.ndim == 2:
-            return np.column_stack([self.solve(column) for column in right.T]) if right.shape[1] else x
         starts = fronts.starts.tolist()
         for f, (diagonal, below) in enumerate(blocks):
             pivots = x[starts[f] : starts[f + 1]]
