@@ -70,8 +70,8 @@ def test_patience_doubles_while_growing_fails_and_fades_when_it_succeeds():
         while patience.left > 0:
             patience, wait = patience.after_step(grown=False), wait + 1
         waits.append(wait)
-    assert waits == [0, 1, 3, 7, 15, 15, 15, 15] and LONGEST_WAIT == 15
-    for _ in range(4):
+    assert waits == [0, 1, 3, 7, 7, 7, 7, 7] and LONGEST_WAIT == 7
+    for _ in range(3):
         patience = patience.after_step(grown=True)
     assert patience == Patience()
     assert patience.after_step(grown=False) == Patience()

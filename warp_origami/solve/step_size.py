@@ -8,10 +8,10 @@ LARGEST_GROWTH = 2.0
 LARGEST_SHRINK = 0.3
 GROW_ABOVE = 1.25
 
-LONGEST_WAIT = 15
+LONGEST_WAIT = 7
 """Accepted steps after which a longer one is tried again where these have created energy, at the most."""
 
-PROPORTIONAL_BELOW = 1e-4
+PROPORTIONAL_BELOW = 5e-5
 """Tolerance below which the error of smooth motion is to be in proportion to it."""
 
 
