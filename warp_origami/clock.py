@@ -1,8 +1,7 @@
 """Wall time by phase of a run."""
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
 PHASES = ("compile", "setup", "assembly", "contact", "factorization", "solve", "output", "other")
 
@@ -25,18 +24,34 @@ class PhaseClock:
         self.seconds[self._stack[-1]] += now - self._since
         self._since = now
 
-    @contextmanager
-    def phase(self, name: str) -> Iterator[None]:
+    def phase(self, name: str) -> AbstractContextManager[None]:
         """Counts the block for phase `name`."""
+        return _Phase(self, name)
+
+    def _begin(self, name: str) -> None:
         self._switch()
         self._stack.append(name)
-        try:
-            yield
-        finally:
-            self._switch()
-            self._stack.pop()
+
+    def _end(self) -> None:
+        self._switch()
+        self._stack.pop()
 
     def total(self) -> float:
         """Wall seconds since the start; equals the sum of `seconds`."""
         self._switch()
         return sum(self.seconds.values())
+
+
+class _Phase(AbstractContextManager):
+    """A block of a phase; entered tens of times an iteration, so that a generator would be felt."""
+
+    __slots__ = ("_clock", "_name")
+
+    def __init__(self, clock: PhaseClock, name: str):
+        self._clock, self._name = clock, name
+
+    def __enter__(self) -> None:
+        self._clock._begin(self._name)
+
+    def __exit__(self, *_: object) -> None:
+        self._clock._end()

@@ -127,15 +127,18 @@ class StepPotential:
         return self.factor.direction(-inertia * (self.system.mass @ error).ravel()).reshape(error.shape)
 
     def _balance(self, q: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-        form, material = self.form, self.system.scene.material
-        x = q.reshape(-1, 3)
-        inertia = form.b * (x - form.q_b)
-        if material.mass_damping:
-            inertia = inertia + material.mass_damping * form.g * (x - form.q_g)
-        external = self.system.external_force(x, self.external)
-        balance = (self.system.mass @ inertia + gradient - external).ravel()
-        if self.damping_matrix is not None:
-            balance += material.stiffness_damping * form.g * (self.damping_matrix @ (x - form.q_g).ravel())
-        if self.friction is not None:
-            balance += self.friction.resistance(form.g * (x - form.q_g))
+        with self.system.clock.phase("assembly"):
+            form, material = self.form, self.system.scene.material
+            x = q.reshape(-1, 3)
+            inertia = form.b * (x - form.q_b)
+            if material.mass_damping:
+                inertia += material.mass_damping * form.g * (x - form.q_g)
+            balance = self.system.mass @ inertia
+            balance += gradient
+            balance -= self.system.external_force(x, self.external)
+            balance = balance.ravel()
+            if self.damping_matrix is not None:
+                balance += material.stiffness_damping * form.g * (self.damping_matrix @ (x - form.q_g).ravel())
+            if self.friction is not None:
+                balance += self.friction.resistance(form.g * (x - form.q_g))
         return balance
