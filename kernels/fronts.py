@@ -12,7 +12,7 @@ import warp as wp
 from .precision import real
 
 
-@wp.kernel(enable_backward=False, module="warp_origami.kernels.matrix")
+@wp.kernel(enable_backward=False, module="warp_origami.kernels.fronts")
 def assemble_front(
     front: wp.int32,
     shape: wp.array2d(dtype=wp.int32),

@@ -10,7 +10,7 @@ import warp as wp
 from .precision import real
 
 
-@wp.kernel(enable_backward=False, module="warp_origami.kernels.matrix")
+@wp.kernel(enable_backward=False, module="warp_origami.kernels.weighted_rows")
 def add_weighted_rows(
     indptr: wp.array(dtype=wp.int32),
     index: wp.array(dtype=wp.int32),

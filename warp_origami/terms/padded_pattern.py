@@ -52,6 +52,7 @@ class PaddedPattern:
         self._values.fill(0.0)
         self._values[self._places] = values
         self._missing[0] = 0
+        self._launch = self._launch or self._record()
         arrays = (rows.indptr, rows.indices, rows.data, weights)
         for number, (array, dtype) in enumerate(zip(arrays, (wp.int32, wp.int32, real, real), strict=True)):
             self._launch.set_param_at_index(number, wp.array(array, dtype=dtype, device="cpu", copy=False))
@@ -100,19 +101,16 @@ class PaddedPattern:
         self.pattern, self._used = pattern, stamps
         self._places = pattern.places_of(self._base.indices, self._base.columns)
         self._values = np.zeros(len(pattern.indices))
+        self._launch: wp.Launch | None = None  # without contact nothing is compiled
+
+    def _record(self) -> wp.Launch:
+        """The launch that adds rows, whose arrays are still to be given."""
         nothing = [wp.zeros(0, dtype=dtype, device="cpu") for dtype in (wp.int32, wp.int32, real, real)]
-        structure = [
-            wp.array(array, dtype=wp.int32, device="cpu", copy=False) for array in (pattern.indptr, pattern.indices)
-        ]
-        outputs = [
-            wp.array(array, dtype=dtype, device="cpu", copy=False)
-            for array, dtype in ((self._values, real), (self._used, wp.int32), (self._missing, wp.int32))
-        ]
-        self._launch = wp.launch(
-            add_weighted_rows,
-            dim=1,
-            inputs=[*nothing, *structure, 0],
-            outputs=outputs,
-            device="cpu",
-            record_cmd=True,
+        given = [(self.pattern.indptr, wp.int32), (self.pattern.indices, wp.int32)]
+        changed = [(self._values, real), (self._used, wp.int32), (self._missing, wp.int32)]
+        structure, outputs = (
+            [wp.array(array, dtype=dtype, device="cpu", copy=False) for array, dtype in pairs]
+            for pairs in (given, changed)
         )
+        inputs = [*nothing, *structure, 0]
+        return wp.launch(add_weighted_rows, dim=1, inputs=inputs, outputs=outputs, device="cpu", record_cmd=True)

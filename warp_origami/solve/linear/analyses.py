@@ -52,7 +52,7 @@ class Analyses(Generic[A]):
             self._known.remove(found)
         self._known.append(found)
         spare = [known for known in self._known[:-1] if not self._is_used(known)]
-        for known in spare[: len(spare) + 1 - KEPT]:
+        for known in spare[: max(len(spare) + 1 - KEPT, 0)]:
             self._known.remove(known)
             self._users.pop(id(known), None)
         return found

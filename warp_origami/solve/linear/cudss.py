@@ -62,6 +62,7 @@ class _Session:
     """One pattern on the device, and one factor."""
 
     def __init__(self, kind: Kind, pattern: Pattern):
+        self._solver = None
         from nvmath.sparse import advanced  # not always there, and slow to import
 
         types, views = advanced.DirectSolverMatrixType, advanced.DirectSolverMatrixViewType
@@ -73,7 +74,7 @@ class _Session:
             # the lower triangle by columns is the upper one by rows
             sparse_system_view=views.FULL if kind == "general" else views.UPPER,
         )
-        self._make, self._solver = advanced.DirectSolver, None
+        self._make = advanced.DirectSolver
 
     def factorize(self, values: np.ndarray) -> bool:
         """Whether there is a factor."""
