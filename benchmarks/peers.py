@@ -28,7 +28,7 @@ from job import ANSWER  # noqa: E402
 
 RESULTS = HERE / "results"
 REFERENCE = RESULTS / "peers_reference.csv"
-TIME_LIMIT = 1800.0
+TIME_LIMIT = 600.0
 
 
 def main() -> None:

@@ -34,7 +34,7 @@ class Case:
 def _mujoco(scene: str, nx: int, ny: int, step: float, integrator: str = "Euler", quick: bool = False) -> Case:
     label = {"Euler": "explicit", "discrete": "implicit"}[integrator]
     job = {"scene": scene, "nx": nx, "ny": ny, "step": step, "integrator": integrator}
-    return Case("MuJoCo", f"{nx} x {ny}, {label}, {step * 1e6:g} us", job, quick)
+    return Case("MuJoCo", f"{nx} x {ny}, {label}, {step * 1e6:.4g} us", job, quick)
 
 
 def _exudyn(scene: str, nx: int, ny: int, step: float, radius: float, quick: bool = False) -> Case:
@@ -68,10 +68,7 @@ def _creases(nx: int) -> dict:
 
 CASES = [
     *(_mujoco("swinging", n, n, s, quick=n == 10) for n, s in ((10, 20e-6), (20, 10e-6), (40, 5e-6))),
-    *(
-        _mujoco("swinging", n, 1, s, quick=n == 24)
-        for n, s in ((24, 10e-6), (48, 5e-6), (96, 2.5e-6), (144, 1e-3 / 600))
-    ),
+    *(_mujoco("swinging", n, 1, 0.4e-3 / n, quick=n == 24) for n in (24, 48, 96, 144)),
     _mujoco("swinging", 10, 10, 1e-3, "discrete", quick=True),
     _mujoco("swinging", 24, 1, 1e-4, "discrete"),
     _exudyn("swinging", 6, 6, 1e-4, 0.9),
