@@ -21,6 +21,7 @@ from warp_origami.kernels.precision import vec3
 
 import warp_origami as origami
 from warp_origami.solve import mixed_newton, newton, step
+from warp_origami.solve.step_potential import StepPotential
 
 RESULTS = Path(__file__).parent / "results"
 COLUMNS = ("steps_accepted", "steps_rejected", "newton_iterations", "energy_gain")
@@ -64,6 +65,12 @@ def from_the_last_state() -> None:
     step.Stepper._predictor, step.Stepper.try_step = start, try_step
 
 
+def strains_by_power(power: float) -> None:
+    """Strains take another part of a step than q."""
+    advance = StepPotential.advance_strains
+    StepPotential.advance_strains = lambda self, q, d, length: advance(self, q, d, length**power)
+
+
 def setting(name: str, value: object):
     """A variant with another constant of the mixed iteration."""
     return lambda: setattr(mixed_newton, name, value)
@@ -73,8 +80,8 @@ VARIANTS = {
     "as it is": lambda: None,
     "plain iteration": plain,
     "states by strain alone": lambda: setattr(srm, "next_strain", strain_of_the_step),
-    "strains no farther than q": setting("STRAIN_POWER", 1.0),
-    "strains take whole steps": setting("STRAIN_POWER", 0.0),
+    "strains take l^0.5": lambda: strains_by_power(0.5),
+    "strains take whole steps": lambda: strains_by_power(0.0),
     "ends with a factor of its own": setting("MAXIMUM_CHORDS", 0),
     "full steps only": setting("LENGTHS", (1.0,)),
     "lengths 1, 0.5": setting("LENGTHS", (1.0, 0.5)),

@@ -1,7 +1,7 @@
 """Newton's method with strains of their own at the quadrature points: the mixed, strain-independent iteration.
 
     sigma = S(e) + C(e) (E(q) - e),      J d = -grad Phi with sigma for S, C(e) for C and S(e) in the geometric part
-    q <- q + l d,                        e' = (1 - k) e + k (E(q) + E'(q) d),  k = l^(1/2)
+    q <- q + l d,                        e' = (1 - l) e + l (E(q) + E'(q) d)
     e  with  e + S(e) / m = e' + (S(e) + C(e) (e' - e))_before / m
 
 A step d of q adds 1/2 |grad d|^2 to every strain: 1 mm makes a false strain of 2e-5, a hundred times that of a membrane
@@ -47,9 +47,6 @@ a falling sequence, it leaves less than half of that."""
 MAXIMUM_CHORDS = 8
 """Steps with the same factor in a row."""
 
-STRAIN_POWER = 0.5
-"""Strains take the part l^STRAIN_POWER of a step of which q takes the part l: they are to know early what is ahead."""
-
 
 class MixedPotential(Potential, Protocol):
     """A potential with strains of their own.
@@ -93,7 +90,7 @@ def minimize_mixed(potential: MixedPotential, start: np.ndarray, before: np.ndar
             q = q + step
             break
         if length is not None:
-            potential.advance_strains(q, step, length**STRAIN_POWER)
+            potential.advance_strains(q, step, length)
             q = q + length * step
             continue
         iterations += 1
