@@ -55,9 +55,12 @@ def plot(rows: list[dict], path: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, panels = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
     labels = {"swinging": "position error at 0.4 s (mm)", "sagging": "error of mean sag (mm)"}
-    for panel, (scene, label) in zip(panels, labels.items(), strict=True):
+    scenes = [scene for scene in labels if any(r["scene"] == scene and r["status"] == "done" for r in rows)]
+    if not scenes:
+        return
+    figure, panels = plt.subplots(1, len(scenes), figsize=(5.5 * len(scenes), 4.8), layout="constrained", squeeze=False)
+    for panel, scene in zip(panels[0], scenes, strict=True):
         for colour, program in enumerate(("MuJoCo", "Exudyn", "Newton", "warp_origami")):
             panel.plot([], [], "o", color=f"C{colour}", label=program)
             for r in rows:
@@ -68,7 +71,9 @@ def plot(rows: list[dict], path: Path) -> None:
                 keeps = abs(r["energy_drift_percent"]) <= 0.01
                 face = f"C{colour}" if keeps else "none"
                 panel.plot(r["loop_seconds"], error, marker, color=f"C{colour}", markerfacecolor=face)
-        panel.set(xscale="log", yscale="log", xlabel="wall seconds of the loop", ylabel=label, title=f"{scene} sheet")
+        panel.set(
+            xscale="log", yscale="log", xlabel="wall seconds of the loop", ylabel=labels[scene], title=f"{scene} sheet"
+        )
         panel.grid(True, which="both", alpha=0.2)
         panel.legend()
     figure.supxlabel(
