@@ -82,15 +82,19 @@ class MasterSurfaces:
 
 
 def facet_errors(mesh: Mesh, divisions: int) -> np.ndarray:
-    """(ne, m, 9) error of each element's shape functions, interpolated in its sub-triangles, at SAMPLES of these."""
+    """(ne, m, 9) error of each element's shape functions, interpolated in its sub-triangles, at SAMPLES of these, each
+    point once."""
     count = len(mesh.triangles)
+    corners = sub_triangle_corners(divisions)
+    places = np.round(4.0 * divisions * (SAMPLES @ corners)).reshape(-1, 3)
+    once = np.unique(places, axis=0, return_index=True)[1]
     result = []
-    for triangle in sub_triangle_corners(divisions):
+    for triangle in corners:
         areas = np.concatenate([triangle, SAMPLES @ triangle])
         elements = np.repeat(np.arange(count), len(areas))
         values = tabulate(mesh, elements, np.tile(areas, (count, 1))).values.reshape(count, len(areas), 9)
         result.append(values[:, 3:] - np.einsum("sc,ecm->esm", SAMPLES, values[:, :3]))
-    return np.concatenate(result, axis=1)
+    return np.concatenate(result, axis=1)[:, once]
 
 
 def _elements_around(mesh: Mesh) -> csr_matrix:

@@ -148,7 +148,9 @@ class SurfaceContact:
             return 0.0, np.zeros_like(q)
         given = self._given_to_law()
         pull = self._law.slope(*given)[:, None] * self._narrow.normals.read()[self._active]
-        return float(self._law.energy(*given).sum()), self._factors().T @ pull
+        rows, factors = self._rows_and_factors()
+        forces = [np.bincount(rows.ravel(), (factors * p[:, None]).ravel(), minlength=len(q)) for p in pull.T]
+        return float(self._law.energy(*given).sum()), np.stack(forces, axis=1)
 
     def active_pairs(self) -> ActivePairs:
         """Touching pairs of the last evaluated state."""
@@ -432,12 +434,16 @@ class SurfaceContact:
         state, active = self._narrow, self._active
         return state.gaps.read()[active], self._stiffness.of(state.points[active]), state.thickness[active]
 
-    def _factors(self) -> csr_matrix:
-        """(active, n) factors of the normal in the gradient of each gap."""
+    def _rows_and_factors(self) -> tuple[np.ndarray, np.ndarray]:
+        """(active, 18) rows of q, and the factors of the normal in the gradient of each gap that belong to them."""
         state, active = self._narrow, self._active
         slaves = state.points[active]
         rows = np.concatenate([self._slave_rows[slaves], self._element_rows[state.elements.read()[active]]], axis=1)
-        factors = np.concatenate([self._slave_shapes[slaves], -state.shapes.read()[active]], axis=1)
+        return rows, np.concatenate([self._slave_shapes[slaves], -state.shapes.read()[active]], axis=1)
+
+    def _factors(self) -> csr_matrix:
+        """(active, n) factors of the normal in the gradient of each gap."""
+        rows, factors = self._rows_and_factors()
         starts = np.arange(0, rows.size + 1, rows.shape[1], dtype=np.int32)
         return csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(len(rows), len(self._accepted_q)))
 
