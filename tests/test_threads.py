@@ -17,7 +17,7 @@ from warp_origami.terms import membrane as terms_membrane
 from warp_origami.terms.contact import edge_narrow, facets, masters, narrow
 from warp_origami.terms.launches import Launch, launch_together
 from warp_origami.terms.membrane import Membrane
-from warp_origami.terms.threads import LATE, PAUSE, Team, available_cores, team, use_threads
+from warp_origami.terms.threads import LATE, PAUSE, available_cores, team, use_threads
 
 several = pytest.mark.skipif(available_cores() < 2, reason="one core")
 
@@ -57,13 +57,30 @@ def test_what_a_thread_raises_is_raised_and_the_team_goes_on():
     assert sorted(done) == [1, 2, 3]
 
 
-def test_a_busy_team_leaves_the_work_to_the_caller():
-    one, done = Team([0, 0]), []
-    try:
-        one.run([[lambda: one.run([[lambda: done.append(1)], [lambda: done.append(2)]])], []])
-    finally:
-        one.end()
-    assert done == [1, 2]
+@several
+def test_threads_that_simulate_at_the_same_time_have_teams_of_their_own():
+    """One begins and ends while the other one simulates: what that has is neither taken nor ended by it."""
+    begun, ended, found = threading.Event(), threading.Event(), []
+
+    def other():
+        with use_threads(2) as own:
+            begun.set()
+            ended.wait(timeout=20.0)
+            found.append(team() is own)
+            own.run([[lambda: found.append(1)], [lambda: found.append(2)]])
+        found.append(team().size)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    begun.wait(timeout=20.0)
+    with use_threads(2) as mine:
+        assert team() is mine
+    ended.set()
+    thread.join(timeout=20.0)
+    assert not thread.is_alive()
+    assert team().size == 1
+    assert found[0] is True
+    assert sorted(found[1:]) == [1, 1, 2]
 
 
 @several

@@ -30,7 +30,6 @@ class Team:
     def __init__(self, cores: Sequence[int] = (0,)) -> None:
         self.size = len(cores)
         self._workers = [_Worker(core) for core in cores[1:]]
-        self._busy = threading.Lock()
         self._late, self._pause = 0, 0
 
     @property
@@ -44,28 +43,21 @@ class Team:
     def run(self, work: Sequence[Sequence[Task]]) -> None:
         """Runs work[i] on thread i, the first on this one, and returns when all is done.
 
-        What a thread raises is raised here. While another caller has the team, all runs on this thread.
+        What a thread raises is raised here.
         """
-        if self.size == 1 or not self._busy.acquire(blocking=False):
-            for tasks in work:
-                _run(tasks)
-            return
+        given = [(worker, tasks) for worker, tasks in zip(self._workers, work[1:], strict=False) if tasks]
+        start = time.perf_counter()
+        for worker, tasks in given:
+            worker.start(tasks)
         try:
-            given = [(worker, tasks) for worker, tasks in zip(self._workers, work[1:], strict=False) if tasks]
-            start = time.perf_counter()
-            for worker, tasks in given:
-                worker.start(tasks)
-            try:
-                _run(work[0])
-            finally:
-                done = time.perf_counter()
-                errors = [worker.wait() for worker, _ in given]
-            self._judge(done - start, time.perf_counter() - done)
-            for error in errors:
-                if error is not None:
-                    raise error
+            _run(work[0])
         finally:
-            self._busy.release()
+            done = time.perf_counter()
+            errors = [worker.wait() for worker, _ in given]
+        self._judge(done - start, time.perf_counter() - done)
+        for error in errors:
+            if error is not None:
+                raise error
 
     def _judge(self, own: float, waited: float) -> None:
         self._late = self._late + 1 if waited > own else 0
@@ -107,31 +99,30 @@ class _Worker:
                 self._done.put(error)
 
 
-_team = Team()
+_ALONE = Team()
+_of_thread = threading.local()
 
 
 def team() -> Team:
-    """The threads in use."""
-    return _team
+    """The team of the calling thread: every thread that simulates has its own."""
+    return getattr(_of_thread, "team", _ALONE)
 
 
 @contextmanager
 def use_threads(count: int) -> Iterator[Team]:
-    """Launches kernels on so many threads, at most as many as there are cores, until the end of the block."""
-    global _team
-    before, cores = _team, _cores(count)
-    if len(cores) == 1:
-        yield before
-        return
-    home = _affinity()
-    _pin({cores[0]})
-    _team = Team(cores)
+    """Launches kernels of this thread on so many threads, at most as many as there are cores, until the end of the
+    block."""
+    before, home, cores = team(), _affinity(), _cores(count)
+    found = _of_thread.team = Team(cores)
+    if found.size > 1:
+        _pin({cores[0]})
     try:
-        yield _team
+        yield found
     finally:
-        _team.end()
-        _team = before
-        _pin(home)
+        _of_thread.team = before
+        found.end()
+        if found.size > 1:
+            _pin(home)
 
 
 def available_cores() -> int:
