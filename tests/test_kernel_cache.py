@@ -25,15 +25,15 @@ scene = wo.Scene(
 print(json.dumps(wo.simulate(scene, device="cpu").summary))
 """
 
-MODULES = {"membrane_linear", "membrane_srm", "broadphase", "facet_error", "sts", "nts", "element"}
+CONTACT = {"broadphase", "facet_error", "point_contact"}
 
 
 @pytest.mark.parametrize(
     ("model", "method", "opening", "expected"),
     [
         ("linear", "", 0.01, {"membrane_linear", "element"}),
-        ("srm", "sts", 0.01, {"membrane_srm", "element", "broadphase", "facet_error", "sts"}),
-        ("linear", "nts", 3.1, {"membrane_linear", "element", "broadphase", "facet_error", "nts"}),
+        ("srm", "sts", 0.01, {"membrane_srm", "element", *CONTACT}),
+        ("linear", "nts", 3.1, {"membrane_linear", "element", *CONTACT}),
     ],
 )
 def test_what_a_scene_models_is_compiled_and_nothing_else(tmp_path, model, method, opening, expected):
@@ -43,10 +43,13 @@ def test_what_a_scene_models_is_compiled_and_nothing_else(tmp_path, model, metho
     output = subprocess.run(
         command, env=environment, cwd=Path(__file__).parent, check=True, capture_output=True, text=True
     )
-    compiled = {path.name for path in tmp_path.rglob("wp_*") if path.is_dir()}
-    assert {name for name in MODULES if any(name in folder for folder in compiled)} == expected
+    folders = (path.name for path in tmp_path.rglob("wp_*") if path.is_dir())
+    compiled = {folder.rsplit(".", 1)[1].rsplit("_", 1)[0] for folder in folders}
     summary = json.loads(output.stdout.splitlines()[-1])
-    assert {name.rsplit(".", 1)[1] for name in summary["kernel_modules"]} == expected
+    named = {name.rsplit(".", 1)[1] for name in summary["kernel_modules"]}
+    later = {"weighted_rows", "fronts"}  # small: compiled where something touches, or the matrix is large enough
+    assert compiled - later == named - later == expected
+    assert compiled <= named
     assert f"membrane ({model})" in summary["terms"]
     assert [term for term in summary["terms"] if "contact" in term] == ([f"contact ({method})"] if method else [])
     assert (summary["phases"]["contact"] > 0.0) == bool(method)

@@ -133,7 +133,11 @@ def test_contact_is_felt_only_where_it_is_asked_for():
 def test_terms_name_what_is_modelled():
     plain = system_of(film(1.0, {}, {"model": "linear"}))
     assert plain.terms == ["membrane (linear)", "inertia"]
-    assert not [name for name in plain.kernel_modules if any(word in name for word in ("srm", "point_contact", "facet", "broad"))]
+    assert not [
+        name
+        for name in plain.kernel_modules
+        if any(word in name for word in ("srm", "point_contact", "facet", "broad"))
+    ]
     full = leaf_system("sts")
     names = ["membrane (srm)", "inertia", "mass damping", "contact (sts)", "gravity", "fold lines", "drivers"]
     assert full.terms == names

@@ -28,6 +28,7 @@ from .scene import Scene
 from .scene.approach import expected_approach
 from .scene.prescribers import scene_prescribers
 from .scene.settings import Contact as ContactTable
+from .terms import padded_pattern
 from .terms.contact import Contact
 from .terms.contact.friction import Friction, FrictionLaw
 from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
@@ -235,7 +236,9 @@ class System:
         """Warp modules that the scene compiles."""
         terms = [self.membrane, *(p.term for p in self.external.pressures[:1])]
         terms += [self.contact] if self.contact is not None else []
-        return list(dict.fromkeys(module for term in terms for module in term.kernel_modules))
+        modules = [module for term in terms for module in term.kernel_modules]
+        modules += [padded_pattern.KERNEL_MODULE] if self.contact is not None else []
+        return list(dict.fromkeys(modules))
 
     def _initial_coordinates(self, flat: np.ndarray) -> np.ndarray:
         initial = self.scene.pattern.initial

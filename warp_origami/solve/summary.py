@@ -66,7 +66,7 @@ def summarize(system: System, constraint_form, balance: EnergyBalance, counters:
         "constraint_form": constraint_form.name,
         "linear_solver": constraint_form.solver.name,
         "terms": system.terms,
-        "kernel_modules": system.kernel_modules,
+        "kernel_modules": [*system.kernel_modules, *constraint_form.solver.kernel_modules],
         "steps_accepted": counters.steps_accepted,
         "steps_rejected": counters.steps_rejected,
         "newton_iterations": counters.newton_iterations,

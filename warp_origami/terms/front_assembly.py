@@ -6,6 +6,9 @@ import warp as wp
 from warp_origami.kernels.fronts import assemble_front
 from warp_origami.kernels.precision import real
 
+KERNEL_MODULE = assemble_front.module.name
+"""The Warp module that is compiled for it."""
+
 
 class FrontAssembly:
     """Storage of the updates of all fronts, and their sums.

@@ -16,6 +16,9 @@ from .symmetric import SymmetricMatrix, SymmetricPattern
 MEMORY = 30
 """Matrices with contact for which an entry is kept after its last use."""
 
+KERNEL_MODULE = add_weighted_rows.module.name
+"""The Warp module that is compiled where something touches."""
+
 
 class PaddedPattern:
     """A fixed pattern with the entries that weighted rows add.

@@ -29,6 +29,8 @@ class CuDSS:
         name: for summaries.
     """
 
+    kernel_modules = ()
+
     def __init__(self, kind: Kind):
         self._kind = kind
         self.name = f"cuDSS ({kind})"

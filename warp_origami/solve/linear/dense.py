@@ -21,6 +21,7 @@ class DenseIndefinite:
     """sytrf (Bunch-Kaufman): the multiplier form."""
 
     name = "dense LDLT (LAPACK)"
+    kernel_modules = ()
 
     def factorize(self, matrix: SymmetricMatrix) -> Factor | None:
         if matrix.pattern.size == 0:
@@ -42,6 +43,7 @@ class DenseLU:
     """getrf: matrices that are not symmetric."""
 
     name = "dense LU (LAPACK)"
+    kernel_modules = ()
 
     def factorize(self, matrix: csc_matrix) -> Factor | None:
         if matrix.shape[0] == 0:

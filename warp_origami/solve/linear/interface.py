@@ -26,9 +26,14 @@ class LinearSolver(Protocol):
     """A way to factorize matrices of one kind.
 
     What it found out about a pattern it keeps for the next matrix with the same pattern.
+
+    Attributes:
+        name: for summaries.
+        kernel_modules: Warp modules compiled for it.
     """
 
     name: str
+    kernel_modules: tuple[str, ...] = ()
 
     def factorize(self, matrix: SymmetricMatrix | csc_matrix) -> Factor | None:
         """Factor of a symmetric matrix, for solvers of the general kind of a sparse one; None if there is none."""

@@ -68,6 +68,8 @@ class Pardiso:
         name: for summaries.
     """
 
+    kernel_modules = ()
+
     def __init__(self, kind: Kind):
         self._kind = kind
         self.name = f"PARDISO ({kind})"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from warp_origami.terms.front_assembly import KERNEL_MODULE
 from warp_origami.terms.symmetric import SymmetricMatrix, SymmetricPattern
 
 from .analyses import Analyses
@@ -51,6 +52,7 @@ class SparseCholesky:
     """
 
     name = "sparse Cholesky (multifrontal or banded)"
+    kernel_modules = (KERNEL_MODULE,)
 
     def __init__(self, analyse: Callable = quicker) -> None:
         self._analyses: Analyses[Panels | Band] = Analyses(analyse)

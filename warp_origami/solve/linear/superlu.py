@@ -14,6 +14,7 @@ class SparseLU:
     """LU with pivoting."""
 
     name = "sparse LU (SuperLU, with pivoting)"
+    kernel_modules = ()
 
     def factorize(self, matrix: SymmetricMatrix | csc_matrix) -> Factor | None:
         columns = matrix.full() if isinstance(matrix, SymmetricMatrix) else matrix.tocsc()
