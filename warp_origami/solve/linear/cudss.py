@@ -7,14 +7,11 @@ as the pattern stays.
 import importlib.util
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csr_matrix
 
-from warp_origami.terms.symmetric import SymmetricMatrix
-
-from .analyses import Analyses, Pattern
-from .checks import is_accurate, rows_with_diagonal
-from .dense import EmptyFactor
+from .analyses import Pattern
 from .interface import Factor, Kind
+from .perturbing import PerturbingSolver
 
 
 def is_installed() -> bool:
@@ -22,42 +19,11 @@ def is_installed() -> bool:
     return importlib.util.find_spec("nvmath") is not None
 
 
-class CuDSS:
-    """Matrices of one kind.
-
-    Attributes:
-        name: for summaries.
-    """
-
-    kernel_modules = ()
+class CuDSS(PerturbingSolver):
+    """Matrices of one kind."""
 
     def __init__(self, kind: Kind):
-        self._kind = kind
-        self.name = f"cuDSS ({kind})"
-        self._analyses: Analyses[_Session] = Analyses(lambda pattern, _: _Session(kind, pattern))
-
-    @property
-    def analyses(self) -> int:
-        """How many patterns were analysed."""
-        return self._analyses.count
-
-    def factorize(self, matrix: SymmetricMatrix | csc_matrix) -> Factor | None:
-        if isinstance(matrix, SymmetricMatrix):
-            pattern, values = matrix.pattern, matrix.values
-        else:
-            pattern = rows_with_diagonal(matrix)
-            values = pattern.data
-        if len(values) == 0:
-            return EmptyFactor()
-        session = self._analyses.take(pattern)
-        if not session.factorize(values):
-            return None
-        factor = _Factor(session)
-        self._analyses.give(session, factor)
-        if session.perturbed == 0:
-            return factor
-        full = matrix.full() if isinstance(matrix, SymmetricMatrix) else pattern
-        return factor if self._kind != "definite" and is_accurate(factor, full) else None
+        super().__init__(kind, f"cuDSS ({kind})", lambda pattern: _Session(kind, pattern))
 
 
 class _Session:
@@ -89,6 +55,10 @@ class _Session:
         found = self._solver.factorize()
         self.perturbed = found.npivots
         return found.info == 0
+
+    def factor(self, values: np.ndarray) -> Factor:
+        """The factor that has just been made."""
+        return _Factor(self)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(n,) solution."""

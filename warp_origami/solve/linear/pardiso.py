@@ -17,15 +17,13 @@ from contextlib import contextmanager
 from functools import cache
 
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from warp_origami.terms.symmetric import SymmetricMatrix
 from warp_origami.terms.threads import team
 
-from .analyses import Analyses, Pattern
-from .checks import is_accurate, rows_with_diagonal
-from .dense import EmptyFactor
+from .analyses import Pattern
 from .interface import Factor, Kind
+from .perturbing import PerturbingSolver
 
 TYPES: dict[Kind, int] = {"definite": 2, "indefinite": -2, "general": 11}
 
@@ -61,50 +59,17 @@ def _library() -> tuple[ctypes.CDLL, Callable]:
     return library, library["pardiso"]  # by key: without the argument types that pypardiso wants
 
 
-class Pardiso:
-    """Matrices of one kind.
-
-    Attributes:
-        name: for summaries.
-    """
-
-    kernel_modules = ()
+class Pardiso(PerturbingSolver):
+    """Matrices of one kind."""
 
     def __init__(self, kind: Kind):
-        self._kind = kind
-        self.name = f"PARDISO ({kind})"
-        self._analyses: Analyses[_Memory] = Analyses(lambda pattern, _: _Memory(TYPES[kind], pattern))
-
-    @property
-    def analyses(self) -> int:
-        """How many patterns were analysed."""
-        return self._analyses.count
-
-    def factorize(self, matrix: SymmetricMatrix | csc_matrix) -> Factor | None:
-        if isinstance(matrix, SymmetricMatrix):
-            pattern, values = matrix.pattern, matrix.values
-        else:
-            pattern = rows_with_diagonal(matrix)
-            values = pattern.data
-        if len(values) == 0:
-            return EmptyFactor()
-        memory = self._analyses.take(pattern)
-        if not memory.factorize(values):
-            return None
-        perturbed = bool(memory.options[PERTURBED])
-        # refinement looks at the matrix again, whose values may have changed by then
-        factor = _Factor(memory, values.copy() if perturbed else values)
-        self._analyses.give(memory, factor)
-        if not perturbed:
-            return factor
-        full = matrix.full() if isinstance(matrix, SymmetricMatrix) else pattern
-        return factor if is_accurate(factor, full) else None
+        super().__init__(kind, f"PARDISO ({kind})", lambda pattern: _Memory(TYPES[kind], pattern))
 
 
 def negative_pivots(matrix: SymmetricMatrix) -> int | None:
     """Number of negative pivots; None where one vanished or was perturbed."""
     memory = _Memory(TYPES["indefinite"], matrix.pattern)
-    if not memory.factorize(matrix.values) or memory.options[PERTURBED]:
+    if not memory.factorize(matrix.values) or memory.perturbed:
         return None
     return int(memory.options[NEGATIVE])
 
@@ -131,8 +96,18 @@ class _Memory:
         self.options[REFINEMENT] = 0
         if self._call(FACTORIZATION, values) != 0:
             return False
-        self.options[REFINEMENT] = REFINEMENTS if self.options[PERTURBED] else 0
+        self.options[REFINEMENT] = REFINEMENTS if self.perturbed else 0
         return True
+
+    @property
+    def perturbed(self) -> int:
+        """Pivots of the last factor that were perturbed."""
+        return int(self.options[PERTURBED])
+
+    def factor(self, values: np.ndarray) -> Factor:
+        """The factor of these values, which has just been made."""
+        # refinement looks at the matrix again, whose values may have changed by then
+        return _Factor(self, values.copy() if self.perturbed else values)
 
     def solve(self, values: np.ndarray, right: np.ndarray) -> np.ndarray:
         """Solutions (n, k), in the order of Fortran as `right`."""
