@@ -20,7 +20,6 @@ import warp_origami as origami
 COLUMNS = ("energy_loss", "energy_gain", "steps_accepted", "steps_rejected", "newton_iterations", "wall_seconds")
 RESULTS = Path(__file__).parent / "results"
 PLACES = [[0.075 * i, 0.075 * j] for i in range(1, 8) for j in range(1, 8)]
-STRETCH = [1.002, 1.002]
 REFERENCE = {"step": 1e-4, "spectral_radius": 0.9}
 
 

@@ -34,7 +34,7 @@ def point_contacts(
     # most pairs end here; on the CPU the functions below cost more to call, with all their arrays, than all of this
     change = wp.length(x - motion.slaves[point] - motion.shifts[layer]) + motion.spreads[layer]
     presses = pairs.thickness[pair] + motion.error[0]
-    farthest = farthest_of_interest(pairs.sides[pair], seen, presses, pairs.least[pair], change)
+    farthest = farthest_of_interest(pairs.sides[pair], reach, seen, presses, pairs.least[pair], change)
     if farthest < real(0.0):
         out_of_reach(pair, contacts.gaps, contacts.distances, contacts.facets)
     else:

@@ -310,7 +310,7 @@ def side_of(p: LayerPoint, side: int):
 
 
 @wp.func
-def farthest_of_interest(side: int, seen: real, presses: real, least: real, change: real):
+def farthest_of_interest(side: int, reach: real, seen: real, presses: real, least: real, change: real):
     """Distance of sub-triangles, m, beyond which a pair can have no force; negative where it has none for sure.
 
     presses: farthest distance at which a pair can press on the side where it was, m; change: of its distance since the
@@ -319,12 +319,15 @@ def farthest_of_interest(side: int, seen: real, presses: real, least: real, chan
     A point that has gone through has done so by no more than `change` less its distance then. Beyond that, a point on
     the other side of what is nearest has gone through nothing: another part of the layer is nearest.
     """
-    farthest = wp.min(seen, wp.max(presses, change - least))
+    # how much more than the reach is known depends on when the pairs were found, and must not matter
+    known = wp.min(least, reach)
+    farthest = wp.min(seen, wp.max(presses, change - known))
     if side == UNKNOWN:
+        known = least
         farthest = seen
     elif side == FREE:
         farthest = wp.min(seen, presses)
-    if least - change > farthest:
+    if known - change > farthest:
         farthest = real(-1.0)
     return farthest
 

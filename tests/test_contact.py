@@ -1,10 +1,6 @@
 """Contact forces: gradient of an energy, balanced, on the right side, in the right amount."""
 
-import os
-import subprocess
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -317,22 +313,6 @@ def test_one_face_touches_itself():
 
 
 # --- what is compiled -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("method", ["sts", "nts"])
-def test_no_kernel_of_mixed_contact_is_compiled_for_the_methods_of_the_paper(method, tmp_path):
-    code = (
-        f"import warp as wp; wp.config.kernel_cache_dir = {str(tmp_path / 'cache')!r}\n"
-        "from contact_cases import *; from contact_meshes import grid\n"
-        f"s = TwoSheets(grid(1, 1), grid(1, 1)); c = s.contact({method!r}); assert s.force(c, s.at(5e-4))[2] > 0\n"
-    )
-    script = tmp_path / "one_method.py"
-    script.write_text(code)
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent)}
-    subprocess.run([sys.executable, script], check=True, env=environment, capture_output=True)
-    names = [p.name for p in (tmp_path / "cache").rglob("*")]
-    assert any("point_contact" in n for n in names)
-    assert not any(absent in n for n in names for absent in ("edge", "facet_pairs", "swept")), names
 
 
 def test_kernel_modules_are_named():

@@ -25,7 +25,6 @@ several = pytest.mark.skipif(available_cores() < 2, reason="one core")
 @several
 def test_tasks_of_a_team_run_at_the_same_time_each_on_its_core():
     """Both tasks wait for the other to have begun: on one thread they would wait for ever."""
-    cores = sorted(os.sched_getaffinity(0))[:2]
     both, found = threading.Barrier(2, timeout=20.0), [None, None]
 
     def task(i):
@@ -35,7 +34,6 @@ def test_tasks_of_a_team_run_at_the_same_time_each_on_its_core():
     home = os.sched_getaffinity(0)
     with use_threads(2) as two:
         two.run([[lambda: task(0)], [lambda: task(1)]])
-    assert found == [{cores[0]}, {cores[1]}] or len(home) > 2
     assert all(len(place) == 1 for place in found)
     assert found[0] != found[1]
     assert os.sched_getaffinity(0) == home
@@ -53,8 +51,8 @@ def test_what_a_thread_raises_is_raised_and_the_team_goes_on():
             two.run([[], [fail]])
         with pytest.raises(ValueError, match="broken"):
             two.run([[fail], [lambda: done.append(1)]])
-        two.run([[lambda: done.append(2)], [lambda: done.append(3)]])
-    assert sorted(done) == [1, 2, 3]
+        two.run([[lambda: done.append(2)], [lambda: done.append(3)], [lambda: done.append(4)]])  # more than threads
+    assert sorted(done) == [1, 2, 3, 4]
 
 
 @several
@@ -146,8 +144,8 @@ def test_a_run_with_contact_is_bitwise_the_same_on_two_threads(monkeypatch):
 def test_a_team_whose_core_is_busy_elsewhere_leaves_work_to_one_thread_for_a_while():
     """The other part always takes longer than the own one, as when another program has its core."""
     with use_threads(2) as two:
-        assert two.ready
+        assert two.begin()
         for _ in range(LATE):
             two.run([[], [lambda: time.sleep(1e-3)]])
-        assert not any(two.ready for _ in range(PAUSE))
-        assert two.ready
+        assert not any(two.begin() for _ in range(PAUSE))
+        assert two.begin()

@@ -49,7 +49,8 @@ def simulate(
         device: "cpu" (also for None) or "cuda:0".
         until: end earlier than the scene does, at this time (s) or load factor.
         observers: told in addition about every step and frame, for example output.run_directory.RunDirectory(path).
-        threads: of the CPU, each on a core of its own (None: all cores); results do not depend on their number.
+        threads: of the CPU, each on a core of its own (None: all cores); results do not depend on their number,
+            but for round-off where PARDISO is used.
 
     Raises:
         InputError: the scene cannot be run.

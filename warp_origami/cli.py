@@ -79,8 +79,10 @@ def check(scene: str, overrides: tuple[str, ...]) -> None:
     read = load_scene(scene, overrides)
     _quiet_warp()
     from .description import describe
+    from .solve.linear import choose_solver
 
     lines = describe(read)
+    choose_solver(read.integrator.linear_solver, size=0, kind="definite")  # refuses what is not installed
     width = max(len(label) for label, _ in lines)
     for label, value in lines:
         click.echo(f"{label:<{width}}  {value}")

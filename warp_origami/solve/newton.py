@@ -45,7 +45,7 @@ class NewtonResult:
 
     Attributes:
         q: (3n,) the last iterate.
-        iterations: number of linearizations (each one factorization).
+        iterations: number of linearizations (each one factorization, or two where the first is not definite).
         failure: None if converged.
     """
 

@@ -48,7 +48,16 @@ def pack_memory(name: str, part) -> dict[str, np.ndarray]:
 
 
 def restore_memory(name: str, part, arrays: dict[str, np.ndarray]) -> None:
-    """Gives a part of the system (None: it is not there) back what `pack_memory` gave."""
-    if part is not None:
-        prefix = f"{name}."
+    """Gives a part of the system (None: it is not there) back what `pack_memory` gave.
+
+    Raises:
+        InputError: something is missing.
+    """
+    if part is None:
+        return
+    prefix = f"{name}."
+    try:
         part.restore({key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)})
+    except KeyError as missing:
+        wants = "one of this version"
+        raise InputError("--resume", f"a checkpoint without {prefix}{missing.args[0]}", wants) from missing

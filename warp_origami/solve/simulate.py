@@ -35,15 +35,18 @@ def simulate(
         until: time (s) or load factor to stop at if that is before the scene's end.
         resume: arrays of an earlier `observer.checkpoint` to go on from.
         threads: that launch kernels on the CPU, each on a core of its own; None: all cores. Results do not depend on
-            their number. The linear algebra of SciPy has one thread: more would change the order of its sums, and at
-            these sizes cost more than they save.
+            their number, but for round-off where PARDISO is used, which has as many. The linear algebra of SciPy has
+            one thread: more would change the order of its sums, and at these sizes cost more than they save.
         clock: wall time by phase, started earlier if more than this call is to be counted.
 
     Raises:
-        InputError: the scene cannot be modelled, or `until` is not a time; the observer knows nothing but its phase.
+        InputError: the scene cannot be modelled, or `until` is no time, or `threads` no number of threads; the observer
+            knows nothing but its phase.
     """
     if until is not None and not until > 0.0:
         raise InputError("until", until, "a time (static: a load factor) above 0")
+    if threads is not None and threads < 1:
+        raise InputError("threads", threads, "a number from 1 on, or None for all cores")
     end = scene.analysis.end if until is None else min(until, scene.analysis.end)
     clock = clock or PhaseClock()
     observer.phase("compiling kernels and setting up (the first run of a scene compiles for some seconds)")

@@ -45,6 +45,7 @@ class StepOutcome:
         kinematics, forces, balance: at the end of the step; None after a failure of Newton.
         error: local error over what it is to be kept below.
         created: W, energy the step created over its length.
+        solves: linear systems solved.
     """
 
     failure: Failure | None
@@ -54,6 +55,7 @@ class StepOutcome:
     balance: EnergyBalance | None = None
     error: float = 0.0
     created: float = 0.0
+    solves: int = 0
 
 
 class Stepper:
@@ -132,6 +134,11 @@ class Stepper:
 
     def try_step(self, before: Kinematics, forces: Forces, balance: EnergyBalance, step: float) -> StepOutcome:
         """A step of size `step` (s) from an accepted state with its forces and energy balance."""
+        solved = self.constraint_form.solves
+        outcome = self._tried(before, forces, balance, step)
+        return replace(outcome, solves=self.constraint_form.solves - solved)
+
+    def _tried(self, before: Kinematics, forces: Forces, balance: EnergyBalance, step: float) -> StepOutcome:
         before = self.method.with_step(before, step)
         form = self.method.form(before, step)
         potential = StepPotential(
@@ -228,7 +235,7 @@ class Stepper:
         """K_0 of stiffness damping at q."""
         if self.full_tangent is None:
             return None
-        linearization = self.system.linearize(q)
+        linearization = self.system.linearize(q, contact=False)
         self.constraint_form.hold_damping(linearization)
         return self.full_tangent.matrix(self.full_tangent.values(linearization.blocks).copy())
 

@@ -24,11 +24,11 @@ class Counters:
     max_penetration: float = 0.0
 
     def tried(self, outcome) -> "Counters":
-        """After a tried step of the integrator: one solve per iteration and one for the error estimate."""
+        """After a tried step of the integrator."""
         return replace(
             self,
             newton_iterations=self.newton_iterations + outcome.iterations,
-            linear_solves=self.linear_solves + outcome.iterations + (outcome.kinematics is not None),
+            linear_solves=self.linear_solves + outcome.solves,
         )
 
     def iterated(self, iterations: int) -> "Counters":

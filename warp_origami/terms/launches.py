@@ -61,7 +61,7 @@ class Launch:
     def plan(self) -> list[list[Task]]:
         """What each thread has to do; of one thread where more would not pay."""
         threads = min(team().size, self._dim // self._grain) if self._device.is_cpu else 1
-        wanted = (threads if threads > 1 and team().ready else 1, self._dim)
+        wanted = (threads if threads > 1 and team().begin() else 1, self._dim)
         if wanted != self._planned:
             self._plan, self._planned = self._divided(*wanted), wanted
         return self._plan

@@ -5,12 +5,15 @@ are kept on cores of their own while they are in use: an unpinned thread wakes u
 it, and nothing runs at the same time.
 """
 
+import math
 import os
 import queue
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import psutil
 
@@ -32,9 +35,8 @@ class Team:
         self._workers = [_Worker(core) for core in cores[1:]]
         self._late, self._pause = 0, 0
 
-    @property
-    def ready(self) -> bool:
-        """Whether it pays to divide work: not while other programs keep the cores."""
+    def begin(self) -> bool:
+        """Whether it pays to divide the work that is to come now: not while other programs keep the cores."""
         if self._pause:
             self._pause -= 1
             return False
@@ -43,14 +45,15 @@ class Team:
     def run(self, work: Sequence[Sequence[Task]]) -> None:
         """Runs work[i] on thread i, the first on this one, and returns when all is done.
 
-        What a thread raises is raised here.
+        What a thread raises is raised here. This thread also runs what is given beyond the size of the team.
         """
         given = [(worker, tasks) for worker, tasks in zip(self._workers, work[1:], strict=False) if tasks]
         start = time.perf_counter()
         for worker, tasks in given:
             worker.start(tasks)
         try:
-            _run(work[0])
+            for tasks in (work[0], *work[self.size :]):
+                _run(tasks)
         finally:
             done = time.perf_counter()
             errors = [worker.wait() for worker, _ in given]
@@ -126,19 +129,29 @@ def use_threads(count: int) -> Iterator[Team]:
 
 
 def available_cores() -> int:
-    """Number of cores that this process may use."""
-    return len(_affinity())
+    """Number of cores that this process may use, by its affinity and by the quota of its container."""
+    return max(1, min(len(_affinity()), _quota()))
+
+
+def _quota() -> int:
+    """Cores' worth of time that the container gives, many where it does not say."""
+    try:
+        time_given, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
+        return math.ceil(int(time_given) / int(period))
+    except (OSError, ValueError):  # no such file, or "max"
+        return sys.maxsize
 
 
 def _cores(count: int) -> list[int]:
-    """So many of the cores that this process may use, those with the least to do."""
+    """So many of the cores that this process may use, those with the least to do; else in an order that differs from
+    thread to thread and program to program, for the first one has most of the work."""
     cores = sorted(_affinity())
-    if count >= len(cores):
-        return cores
-    if count == 1:
-        return cores[:1]
-    load = psutil.cpu_percent(LOOK, percpu=True)
-    return sorted(sorted(cores, key=lambda core: load[core] if core < len(load) else 0.0)[:count])
+    first = threading.get_native_id() % len(cores)
+    cores = cores[first:] + cores[:first]
+    if 1 < count < len(cores):
+        load = psutil.cpu_percent(LOOK, percpu=True)
+        cores.sort(key=lambda core: load[core] if core < len(load) else 0.0)
+    return cores[:count]
 
 
 def _affinity() -> set[int]:
@@ -150,7 +163,8 @@ def _affinity() -> set[int]:
 def _pin(cores: set[int]) -> None:
     """Keeps this thread on some cores, where the system can do that."""
     if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, cores)
+        with suppress(OSError):  # a core that has been taken away meanwhile
+            os.sched_setaffinity(0, cores)
 
 
 def _run(tasks: Sequence[Task]) -> None:

@@ -19,8 +19,8 @@ PARDISO_FROM = 2000
 NAMES = ("auto", "scipy", "pardiso", "cudss")
 
 
-def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
-    """The solver that a scene names (`linear_solver`), or what suits `size` unknowns for "auto".
+def choose_solver(name: str, size: int, kind: Kind, device: str = "cpu") -> LinearSolver:
+    """The solver that a scene names (`linear_solver`), or what suits `size` unknowns on a device for "auto".
 
     Raises:
         InputError: no such solver, or not in this installation.
@@ -33,6 +33,8 @@ def choose_solver(name: str, size: int, kind: Kind) -> LinearSolver:
     if name == "pardiso":
         _require(pardiso.is_installed(), name, "fast")
         return Pardiso(kind)
+    if name == "auto" and size >= PARDISO_FROM and device != "cpu" and cudss.is_installed():
+        return CuDSS(kind)
     if name == "auto" and size >= PARDISO_FROM and pardiso.is_installed():
         return Pardiso(kind)
     if kind == "definite":

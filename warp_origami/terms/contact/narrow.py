@@ -120,14 +120,19 @@ class NarrowPhase:
         self._change.write(np.array([2.0 * moved]))
         self._command.launch()
 
-    def least_distances(self) -> np.ndarray:
+    def least_distances(self, errors: np.ndarray) -> np.ndarray:
         """How far the sub-triangles of each pair are at least in the state that was evaluated last, (n,), m; negative
-        where the point is through."""
+        where the point may be through them.
+
+        It may be so on the right side of the surface: between that and the sub-triangles, which lie within `errors`
+        (ne,), m, of it.
+        """
         at = self.reached
         least = np.full(len(self.keys), self.seen)
         least[at] = np.minimum(self.facets.read()[at], self.seen)
         sides = self.sides.read()[at]
-        through = (np.abs(sides) == 1) & (sides * self.distances.read()[at] < 0.0)
+        between = self.facets.read()[at] <= errors[self.elements.read()[at]]
+        through = (np.abs(sides) == 1) & (between | (sides * self.distances.read()[at] < 0.0))
         least[at[through]] *= -1.0
         return least
 

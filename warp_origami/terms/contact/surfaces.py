@@ -307,7 +307,7 @@ class SurfaceContact:
         self._others_beyond = self._reach if state is None else state.seen
         if state is None:
             return
-        least = state.least_distances()
+        least = state.least_distances(self._surfaces.errors.read())
         order = np.argsort(state.keys)
         self._near_keys, self._near_distances = state.keys[order], least[order]
         state.least.write(least)
