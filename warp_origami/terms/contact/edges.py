@@ -28,6 +28,7 @@ from warp_origami.model.submesh import Submesh
 from ..buffers import Buffer
 from ..launches import compile_now
 from .active_pairs import ActivePairs
+from .by_name import look_up
 from .edge_curves import bernstein, build_curves, flat_distances
 from .edge_narrow import EdgeNarrow
 from .edge_search import EdgeSearch, NearEdges
@@ -202,10 +203,7 @@ class EdgeContact:
             return
         keys, distances = self._narrow.least_distances()
         distances[np.isin(keys, self._narrow.keys[self._active])] = 0.0  # what touches regains nothing
-        place = np.minimum(np.searchsorted(keys, self._limited), max(len(keys) - 1, 0))
-        near = keys[place] == self._limited if len(keys) else np.zeros(len(self._limited), dtype=bool)
-        apart = np.full(len(self._limited), np.inf)
-        apart[near] = (1.0 - 1e-9) * distances[place[near]]
+        apart = look_up(self._limited, keys, (1.0 - 1e-9) * distances, otherwise=np.inf)
         self._limits = np.maximum(self._limits, np.minimum(apart, self._thickness))
         self._narrow.set_thickness(self._effective_thickness(self._narrow.near))
 
@@ -215,11 +213,7 @@ class EdgeContact:
         same = self.curves.sheets[near.first] == self.curves.sheets[near.second]
         apart = flat_distances(self.curves, near.first[same], near.second[same])
         result[same] = np.minimum(result[same], CREASE_RATIO * apart)
-        if len(self._limited):
-            place = np.minimum(np.searchsorted(self._limited, near.keys), len(self._limited) - 1)
-            limits = np.where(self._limited[place] == near.keys, self._limits[place], np.inf)
-            result = np.minimum(result, limits)
-        return result
+        return np.minimum(result, look_up(near.keys, self._limited, self._limits, otherwise=np.inf))
 
     def _evaluate(self, q: np.ndarray) -> None:
         """Closest points and gaps at q."""

@@ -28,6 +28,7 @@ from ..buffers import Buffer
 from ..launches import compile_now
 from ..shapes import flat_of
 from .active_pairs import ActivePairs
+from .by_name import look_up
 from .law import contact_law
 from .layer_motion import LayerMotion
 from .masters import MasterSurfaces
@@ -205,18 +206,14 @@ class SurfaceContact:
     def _least_distances(self, keys: np.ndarray) -> np.ndarray:
         """Distance that pairs have at least in the accepted state, where evaluation ends, m; up to the reach."""
         self._evaluate(self._accepted_q, everything=True)
-        result = np.full(len(keys), self._reach)
         state = self._narrow
         if state is None:
-            return result
+            return np.full(len(keys), self._reach)
         at = state.sorted_by_key(state.reached)
         # sub-triangles alone tell the distance only up to their error
         errors = self._surfaces.errors.read()[state.elements.read()[at]]
         distances = np.maximum(np.abs(state.distances.read()[at]) - errors, 0.0)
-        place = np.minimum(np.searchsorted(state.keys[at], keys), len(at) - 1)
-        known = state.keys[at][place] == keys if len(at) else np.zeros(len(keys), dtype=bool)
-        result[known] = np.minimum(distances[place[known]], self._reach)
-        return result
+        return look_up(keys, state.keys[at], np.minimum(distances, self._reach), otherwise=self._reach)
 
     def _forget(self, keys: np.ndarray) -> None:
         """Makes pairs free to be on either side until the next accepted state."""
@@ -386,22 +383,13 @@ class SurfaceContact:
 
     def _known_sides(self, keys: np.ndarray) -> np.ndarray:
         """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
-        sides = np.full(len(keys), UNKNOWN, dtype=np.int32)
-        if len(self._accepted_keys):
-            place = np.minimum(np.searchsorted(self._accepted_keys, keys), len(self._accepted_keys) - 1)
-            known = self._accepted_keys[place] == keys
-            sides[known] = self._accepted_sides[place[known]]
+        sides = look_up(keys, self._accepted_keys, self._accepted_sides, otherwise=UNKNOWN)
         sides[np.isin(keys, self._forgotten)] = FREE
         return sides
 
     def _least(self, keys: np.ndarray) -> np.ndarray:
         """How far sub-triangles of pairs were at least in the accepted state, m."""
-        least = np.full(len(keys), self._others_beyond)
-        if len(self._near_keys):
-            place = np.minimum(np.searchsorted(self._near_keys, keys), len(self._near_keys) - 1)
-            near = self._near_keys[place] == keys
-            least[near] = self._near_distances[place[near]]
-        return least
+        return look_up(keys, self._near_keys, self._near_distances, otherwise=self._others_beyond)
 
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
         return NarrowPhase(

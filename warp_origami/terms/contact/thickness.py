@@ -13,6 +13,7 @@ import numpy as np
 
 from warp_origami.model.mesh import Mesh
 
+from .by_name import look_up
 from .points import ContactPoints
 from .search import Search
 
@@ -65,12 +66,7 @@ class ThicknessTable:
 
     def of(self, keys: np.ndarray) -> np.ndarray:
         """Effective thickness of pairs, m."""
-        result = np.full(len(keys), self.thickness)
-        if len(self.keys):
-            place = np.minimum(np.searchsorted(self.keys, keys), len(self.keys) - 1)
-            known = self.keys[place] == keys
-            result[known] = self.values[place[known]]
-        return result
+        return look_up(keys, self.keys, self.values, otherwise=self.thickness)
 
     def limited(self, keys: np.ndarray, distances: np.ndarray) -> "ThicknessTable":
         """Table in which given pairs have at most their distance in the start, m, to the cubic surface."""
