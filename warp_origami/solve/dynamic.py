@@ -117,7 +117,8 @@ class DynamicRun:
         self.observer.start(self.system.scene, self.surface.submesh, None)
         self.system.accept(self.system.q0)
         kinematics, forces, balance = self.stepper.start(self.controller.first)
-        state = RunState(kinematics, self.controller.first, forces, balance, Counters(), 0, 0, 0.0, Patience())
+        first, none = self.controller.first, Counters()
+        state = RunState(kinematics, first, forces, balance, none, frames=0, crawled=0, borne=0.0, patience=Patience())
         with self.clock.phase("output"):
             self.observer.step(self._record(state, 0.0, 0))
             self.observer.frame(self.surface.frame(0.0, kinematics.q))
