@@ -7,9 +7,6 @@ import numpy as np
 from warp_origami.model.coordinates import number_coordinates
 from warp_origami.model.mesh import build_mesh
 
-PAIRS = np.triu_indices(9)
-"""Pairs of nodes whose blocks a tangent has."""
-
 
 @dataclass(frozen=True)
 class Film:
@@ -72,15 +69,3 @@ def rotation(axis, angle):
     k = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-
-
-def dense_tangent(coordinates, blocks):
-    """Full (3 n, 3 n) tangent from the 45 blocks of each element."""
-    n = coordinates.count
-    full = np.zeros((n, 3, n, 3))
-    for rows, own in zip(coordinates.elements, blocks, strict=True):
-        for i, j, block in zip(*PAIRS, own, strict=True):
-            full[rows[i], :, rows[j], :] += block
-            if i != j:
-                full[rows[j], :, rows[i], :] += block.T
-    return full.reshape(3 * n, 3 * n)

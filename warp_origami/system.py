@@ -113,8 +113,9 @@ class System:
         with clock.phase("compile"):
             material = scene.material
             self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
-            degree, stabilization = scene.integrator.quadrature, scene.integrator.stabilization
-            self.membrane = Membrane(self.mesh, self.coordinates, material, degree, stabilization, self.device)
+            self.membrane = Membrane(
+                self.mesh, self.coordinates, material, degree=scene.integrator.quadrature, device=self.device
+            )
             self.contact_settings = self._contact_settings(scene) if scene.contact is not None else None
             self.contact = self._contact(scene) if scene.contact is not None else None
             self.friction = self._friction(scene)

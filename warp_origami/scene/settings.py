@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from .base import NAME_WANTS, AsTuple, Count, Name, NotNegative, Number, Positive, Table, Vector2, fault
 
@@ -87,10 +87,6 @@ class Contact(Table):
     )
 
 
-HIGHEST_REDUCED_DEGREE = 2
-"""Quadrature of higher degree leaves no deformation of an element without energy."""
-
-
 class Integrator(Table):
     """Integration in time (generalized-alpha) and over the elements."""
 
@@ -107,22 +103,9 @@ class Integrator(Table):
     quadrature: Annotated[Count, Field(le=8)] = Field(
         default=6, description="an integer from 1 to 8: degree of the polynomials that elements integrate exactly"
     )
-    stabilization: Annotated[Number, Field(ge=0.0, le=1.0)] = Field(
-        default=0.0,
-        description="a number from 0 to 1, 0 unless quadrature is 1 or 2: share of the strain energy that is "
-        "integrated to degree 4",
-    )
     linear_solver: Literal["auto", "scipy", "pardiso", "cudss"] = Field(
         default="auto", description='"auto", "scipy", "pardiso" (extra "fast") or "cudss" (extra "cuda")'
     )
-
-    @model_validator(mode="after")
-    def _stabilized(self):
-        if self.stabilization > 0.0 and self.quadrature > HIGHEST_REDUCED_DEGREE:
-            raise fault(
-                "stabilization", self.stabilization, f"0 with quadrature = {self.quadrature}, or quadrature 1 or 2"
-            )
-        return self
 
 
 def _no_repeats(values: tuple[str, ...]) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from warp_origami.model.mesh import Mesh
 
 from .buffers import Buffer
 from .launches import Launch
-from .quadrature import stabilized_rule
+from .quadrature import rule
 from .shapes import ShapeTable, tabulate
 
 LAWS = {law.NAME: law for law in (srm, linear)}
@@ -64,7 +64,6 @@ class Membrane:
         coordinates: numbering of q.
         material: law and constants.
         degree: of the quadrature rule (6: 12 points).
-        stabilization: share of the energy that a rule of higher degree integrates.
         device: of Warp, "cpu" or "cuda:0".
 
     Attributes:
@@ -77,13 +76,7 @@ class Membrane:
     """
 
     def __init__(
-        self,
-        mesh: Mesh,
-        coordinates: Coordinates,
-        material: Material,
-        degree: int = 6,
-        stabilization: float = 0.0,
-        device: str = "cpu",
+        self, mesh: Mesh, coordinates: Coordinates, material: Material, degree: int = 6, device: str = "cpu"
     ) -> None:
         if material.model not in LAWS:
             raise InputError("material.model", material.model, " or ".join(LAWS))
@@ -96,7 +89,7 @@ class Membrane:
         self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
 
         count = len(mesh.triangles)
-        areas, weights = stabilized_rule(degree, stabilization)
+        areas, weights = rule(degree)
         table = tabulate(mesh, np.repeat(np.arange(count), len(areas)), np.tile(areas, (count, 1)))
         volumes = material.thickness * mesh.areas[:, None] * weights
         self._fractions = np.outer(mesh.areas / mesh.areas.sum(), weights).ravel()

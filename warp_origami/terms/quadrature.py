@@ -39,9 +39,6 @@ _ORBITS: dict[int, tuple[tuple[float, float, float], ...]] = {
 
 HIGHEST_DEGREE = max(_ORBITS)
 
-STABILIZING_DEGREE = 4
-"""Degree at which no deformation of an element is without energy."""
-
 
 def rule(degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Area coordinates (n, 3) and weights (n,) summing to 1 of the smallest rule exact for polynomials of `degree`.
@@ -60,18 +57,3 @@ def rule(degree: int) -> tuple[np.ndarray, np.ndarray]:
         areas += points
         weights += [weight] * len(points)
     return np.array(areas), np.array(weights)
-
-
-def stabilized_rule(degree: int, share: float) -> tuple[np.ndarray, np.ndarray]:
-    """The rule of `degree` with a share of the weight given to the one of STABILIZING_DEGREE; as `rule`.
-
-    A rule of degree 1 or 2 asks for no strain at three points or one of an element, which curved elements can satisfy
-    where more points lock them; the share gives the deformations that it does not see some stiffness. Source:
-    T. Belytschko, J. S.-J. Ong, W. K. Liu, J. M. Kennedy, Hourglass control in linear and nonlinear problems, Comput.
-    Methods Appl. Mech. Engrg. 43 (1984) 251-276: reduced integration with stabilization.
-    """
-    areas, weights = rule(degree)
-    if share == 0.0:
-        return areas, weights
-    more, their_weights = rule(STABILIZING_DEGREE)
-    return np.concatenate([areas, more]), np.concatenate([(1.0 - share) * weights, share * their_weights])

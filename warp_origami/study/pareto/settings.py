@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 
 from warp_origami.scene import Scene
-from warp_origami.scene.settings import HIGHEST_REDUCED_DEGREE
 
 TOLERANCES = (64.0, 16.0, 4.0, 2.0, 0.5, 0.25, 0.125)
 """Over the scene's own; the last two are the pair whose agreement tells how far a motion can be compared."""
@@ -79,8 +78,7 @@ def other_settings(scene: Scene) -> list[Setting]:
     dynamic = scene.analysis.kind == "dynamic"
     found = _radii(scene) if dynamic else _load_steps(scene)
     for degree in DEGREES:
-        fits = scene.integrator.stabilization == 0.0 or degree <= HIGHEST_REDUCED_DEGREE
-        if degree != scene.integrator.quadrature and fits:
+        if degree != scene.integrator.quadrature:
             found.append(Setting(f"quadrature {degree}", "quadrature", (f"integrator.quadrature={degree}",)))
     found += contact_methods(scene)
     for form in FORMS:
