@@ -5,7 +5,7 @@
 The only place where a scene's tables become terms; what a scene does not ask for is not built, compiled or launched.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from .model.constraints import build_constraints
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
 from .model.crossing import find_crossing
 from .model.generators import build_pattern
+from .model.linear_elements import build_linear_constraints
 from .model.locate import locate
 from .model.mesh import Mesh
 from .model.opening import opened
@@ -39,6 +40,9 @@ from .terms.loads import force_weights, normal_weights
 from .terms.membrane import Membrane
 from .terms.pressure import FollowerPressure
 from .terms.sparsity import ReducedSparsity
+
+LINEAR_DEGREE = 1
+"""Degree of the quadrature that is exact where strains are constant."""
 
 
 @dataclass(frozen=True)
@@ -101,21 +105,22 @@ class System:
             self.pattern = build_pattern(
                 scene.pattern.kind, scene.pattern.parameters(), scene.directory, scene.pattern.refine
             )
-            self.mesh = self.pattern.mesh
+            linear = scene.integrator.elements == "linear"
+            self.mesh = replace(self.pattern.mesh, linear=linear)
             self.device = choose_device(device)
             self.coordinates = number_coordinates(self.mesh)
             flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
             self.q0 = self._initial_coordinates(flat)
             prescribers = scene_prescribers(scene, self.mesh)
             rows = prescribed_rows(self.mesh, self.coordinates, prescribers, self.q0, flat)
-            self.constraints = build_constraints(self.mesh, self.coordinates, prescribers, rows)
+            build = build_linear_constraints if linear else build_constraints
+            self.constraints = build(self.mesh, self.coordinates, prescribers, rows)
             self.row_lengths = _row_lengths(self.mesh, self.coordinates)
         with clock.phase("compile"):
             material = scene.material
             self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
-            self.membrane = Membrane(
-                self.mesh, self.coordinates, material, degree=scene.integrator.quadrature, device=self.device
-            )
+            degree = LINEAR_DEGREE if linear else scene.integrator.quadrature
+            self.membrane = Membrane(self.mesh, self.coordinates, material, degree, self.device)
             self.contact_settings = self._contact_settings(scene) if scene.contact is not None else None
             self.contact = self._contact(scene) if scene.contact is not None else None
             self.friction = self._friction(scene)

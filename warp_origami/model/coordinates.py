@@ -43,9 +43,10 @@ class Coordinates:
 
 
 def number_coordinates(mesh: Mesh) -> Coordinates:
-    """Numbers r of every vertex and r_x, r_y of every face sector around it."""
+    """Numbers r of every vertex and r_x, r_y of every face sector around it; a linear element is a sector alone."""
     ne, nv = len(mesh.triangles), len(mesh.vertices)
-    labels = corner_fans(mesh.triangles, mesh.edges, mesh.edge_triangles, mesh.edge_kinds == SMOOTH).ravel()
+    joined = (mesh.edge_kinds == SMOOTH) & (not mesh.linear)
+    labels = corner_fans(mesh.triangles, mesh.edges, mesh.edge_triangles, joined).ravel()
 
     vertex_of_corner = mesh.triangles.ravel()
     _, first, sector = np.unique(labels, return_index=True, return_inverse=True)

@@ -30,6 +30,7 @@ class Mesh:
             vertices: copies have the same source. -1 for vertices added by refinement.
         boundary_parents: (nv, 2) int32, for a vertex that refinement added on a boundary edge the two mesh vertices
             that are the ends of that edge of the pattern; -1 elsewhere.
+        linear: whether elements stay plane, their gradients following from positions (linear_elements.py).
     """
 
     vertices: np.ndarray
@@ -41,6 +42,7 @@ class Mesh:
     faces: np.ndarray
     sources: np.ndarray
     boundary_parents: np.ndarray
+    linear: bool = False
 
     @cached_property
     def areas(self) -> np.ndarray:

@@ -101,7 +101,11 @@ class Integrator(Table):
         default="eliminate", description='"eliminate" or "multipliers"'
     )
     quadrature: Annotated[Count, Field(le=8)] = Field(
-        default=6, description="an integer from 1 to 8: degree of the polynomials that elements integrate exactly"
+        default=6, description="an integer from 1 to 8: degree of the polynomials that cubic elements integrate exactly"
+    )
+    elements: Literal["cubic", "linear"] = Field(
+        default="cubic",
+        description='"cubic" (the paper\'s) or "linear": plane triangles, along all of whose edges the sheet may fold',
     )
     linear_solver: Literal["auto", "scipy", "pardiso", "cudss"] = Field(
         default="auto", description='"auto", "scipy", "pardiso" (extra "fast") or "cudss" (extra "cuda")'

@@ -85,7 +85,7 @@ class Membrane:
         self._device = device
         self._law, self._material = law, material
         self._parameters = self._parameters_of(material.s1, material.s2)
-        self.name = f"membrane ({law.NAME})"
+        self.name = f"membrane ({law.NAME}, linear elements)" if mesh.linear else f"membrane ({law.NAME})"
         self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
 
         count = len(mesh.triangles)

@@ -77,7 +77,7 @@ def other_settings(scene: Scene) -> list[Setting]:
     """What can be varied on the scene's own mesh beside tolerance and step, most interesting first."""
     dynamic = scene.analysis.kind == "dynamic"
     found = _radii(scene) if dynamic else _load_steps(scene)
-    for degree in DEGREES:
+    for degree in DEGREES if scene.integrator.elements == "cubic" else ():
         if degree != scene.integrator.quadrature:
             found.append(Setting(f"quadrature {degree}", "quadrature", (f"integrator.quadrature={degree}",)))
     found += contact_methods(scene)
