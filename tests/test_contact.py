@@ -1,5 +1,6 @@
 """Contact forces: gradient of an energy, balanced, on the right side, in the right amount."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -372,7 +373,7 @@ def test_a_side_that_changes_without_motion_is_forgotten():
     sheets = small_over_large()
     contact = sheets.contact("nts")._surfaces
     contact.accept(sheets.at(0.5 * THICKNESS))
-    contact._accepted_sides = -contact._accepted_sides
+    contact._accepted = replace(contact._accepted, sides=-contact._accepted.sides)
     contact._searches.forget()
     q = sheets.at(0.49 * THICKNESS)
     energy, _ = contact.gradient(q)

@@ -27,6 +27,7 @@ from warp_origami.model.submesh import Submesh
 from ..buffers import Buffer
 from ..launches import compile_now
 from ..shapes import flat_of
+from .accepted_pairs import AcceptedPairs
 from .active_pairs import ActivePairs
 from .by_name import look_up
 from .law import contact_law
@@ -114,13 +115,9 @@ class SurfaceContact:
         self._table = build_thickness(self._search, self._points, start, self._thickness)
         self._searches: Recent[_Found] = Recent()
         self._accepted_number, self._moved = 0, 0.0
-        self._accepted_keys = np.zeros(0, dtype=np.int64)
-        self._accepted_sides = np.zeros(0, dtype=np.int32)
-        self._near_keys, self._near_distances, self._others_beyond = np.zeros(0, dtype=np.int64), np.zeros(0), 0.0
-        self._accepted_q = np.array(initial_q)
+        self._accepted = AcceptedPairs.none(np.array(initial_q), others_beyond=0.0)
         self._motion = LayerMotion(submesh, self._points.node_count, self._points.slave_count, device)
         self._motion.accept(start)
-        self._forgotten = np.zeros(0, dtype=np.int64)
         self._active = np.zeros(0, dtype=int)
         self._narrow: NarrowPhase | None = None
         self.coincident_layers = self._start(initial_q, face_orders, pattern_faces)
@@ -133,11 +130,10 @@ class SurfaceContact:
     def accept(self, q: np.ndarray) -> None:
         """Takes q as an accepted state: from now on points are kept on the side of each layer where they are in q."""
         self._evaluate(q, everything=True)
-        self._accepted_q = np.array(q)
+        self._accepted = AcceptedPairs.none(np.array(q), self._reach)
         self._motion.accept(self._positions)
         self._take_sides()
         self._take_distances()
-        self._forgotten = np.zeros(0, dtype=np.int64)
         self._regain_thickness()
         self._accepted_number += 1
         self._found.accepted = self._accepted_number
@@ -156,7 +152,7 @@ class SurfaceContact:
     def active_pairs(self) -> ActivePairs:
         """Touching pairs of the last evaluated state."""
         if not len(self._active):
-            return ActivePairs.none(len(self._accepted_q))
+            return ActivePairs.none(len(self._accepted.q))
         state, active = self._narrow, self._active
         slaves = state.points[active]
         return ActivePairs(
@@ -205,7 +201,7 @@ class SurfaceContact:
 
     def _least_distances(self, keys: np.ndarray) -> np.ndarray:
         """Distance that pairs have at least in the accepted state, where evaluation ends, m; up to the reach."""
-        self._evaluate(self._accepted_q, everything=True)
+        self._evaluate(self._accepted.q, everything=True)
         state = self._narrow
         if state is None:
             return np.full(len(keys), self._reach)
@@ -217,7 +213,7 @@ class SurfaceContact:
 
     def _forget(self, keys: np.ndarray) -> None:
         """Makes pairs free to be on either side until the next accepted state."""
-        self._forgotten = np.union1d(self._forgotten, keys)
+        self._accepted = self._accepted.without(keys)
         self._searches.forget()
 
     def summary(self, edges: int) -> ContactSummary:
@@ -227,22 +223,20 @@ class SurfaceContact:
     def state(self) -> dict[str, np.ndarray]:
         """Accepted state for a checkpoint; after `restore` all results continue bitwise."""
         return {
-            "q": self._accepted_q,
-            "pairs": self._accepted_keys,
-            "sides": self._accepted_sides,
+            "q": self._accepted.q,
+            "pairs": self._accepted.keys,
+            "sides": self._accepted.sides,
             "thickness": self._table.values,
         }
 
     def restore(self, state: dict[str, np.ndarray]) -> None:
         """Takes the accepted state from `state`."""
-        self._accepted_q = np.array(state["q"])
-        self._accepted_keys = np.array(state["pairs"])
-        self._accepted_sides = np.array(state["sides"])
+        accepted = AcceptedPairs.none(np.array(state["q"]), self._reach)
+        self._accepted = replace(accepted, keys=np.array(state["pairs"]), sides=np.array(state["sides"]))
         self._table = replace(self._table, values=np.array(state["thickness"]))
-        self._forgotten = np.zeros(0, dtype=np.int64)
         self._searches.forget()
-        self._motion.accept(self._interpolation @ self._accepted_q)
-        self._evaluate(self._accepted_q, everything=True)
+        self._motion.accept(self._interpolation @ self._accepted.q)
+        self._evaluate(self._accepted.q, everything=True)
         self._take_distances()
 
     def _start(self, q: np.ndarray, face_orders: np.ndarray | None, pattern_faces: np.ndarray | None) -> np.ndarray:
@@ -285,28 +279,22 @@ class SurfaceContact:
 
     def _take_sides(self) -> None:
         """Sides at the accepted state, which has just been evaluated."""
-        self._accepted_keys = np.zeros(0, dtype=np.int64)
-        self._accepted_sides = np.zeros(0, dtype=np.int32)
         state = self._narrow
         if state is None:
             return
         sides = np.full(len(state.keys), UNKNOWN, dtype=np.int32)
         sides[state.reached] = sides_at(state, self._thickness, self._touching)
         sides[state.reached[np.abs(state.distances.read()[state.reached]) > state.seen]] = UNKNOWN
-        known = state.sorted_by_key(np.flatnonzero(sides != UNKNOWN))
-        self._accepted_keys, self._accepted_sides = state.keys[known], sides[known]
+        self._accepted = self._accepted.with_sides(state, sides)
         state.sides.write(sides)
 
     def _take_distances(self) -> None:
-        """How far all pairs are apart at the accepted state, where everything has just been evaluated, by name."""
+        """How far all pairs are apart at the accepted state, where everything has just been evaluated."""
         state = self._narrow
-        self._near_keys, self._near_distances = np.zeros(0, dtype=np.int64), np.zeros(0)
-        self._others_beyond = self._reach if state is None else state.seen
         if state is None:
             return
         least = state.least_distances(self._surfaces.errors.read())
-        order = np.argsort(state.keys)
-        self._near_keys, self._near_distances = state.keys[order], least[order]
+        self._accepted = self._accepted.with_distances(state, least)
         state.least.write(least)
 
     def _regain_thickness(self) -> None:
@@ -365,8 +353,8 @@ class SurfaceContact:
         if found.accepted != self._accepted_number:
             found.accepted = self._accepted_number
             if state is not None:
-                state.sides.write(self._known_sides(state.keys))
-                state.least.write(self._least(state.keys))
+                state.sides.write(self._accepted.sides_of(state.keys))
+                state.least.write(self._accepted.distances_of(state.keys))
                 state.set_thickness(self._table.of(state.keys))
 
     def _fits(self, found: _Found) -> bool:
@@ -376,20 +364,10 @@ class SurfaceContact:
     def _search_here(self) -> _Found:
         self._moved = 0.0
         pairs = self._search.within(self._slaves.array, self._nodes.array, self._reach + self._margin)
-        state = self._narrow_phase(pairs, self._known_sides(pairs.keys)) if len(pairs.keys) else None
+        state = self._narrow_phase(pairs, self._accepted.sides_of(pairs.keys)) if len(pairs.keys) else None
         if state is not None:
-            state.least.write(self._least(state.keys))
+            state.least.write(self._accepted.distances_of(state.keys))
         return _Found(self._positions, state, self._accepted_number)
-
-    def _known_sides(self, keys: np.ndarray) -> np.ndarray:
-        """Sides of pairs at the last accepted state, UNKNOWN where they were too far apart to be looked at."""
-        sides = look_up(keys, self._accepted_keys, self._accepted_sides, otherwise=UNKNOWN)
-        sides[np.isin(keys, self._forgotten)] = FREE
-        return sides
-
-    def _least(self, keys: np.ndarray) -> np.ndarray:
-        """How far sub-triangles of pairs were at least in the accepted state, m."""
-        return look_up(keys, self._near_keys, self._near_distances, otherwise=self._others_beyond)
 
     def _narrow_phase(self, pairs: LayerPairs, sides: np.ndarray, reach: float | None = None) -> NarrowPhase:
         return NarrowPhase(
@@ -405,7 +383,7 @@ class SurfaceContact:
 
     def _look_up_sides(self, where: np.ndarray, q: np.ndarray) -> None:
         """Sides of pairs, by name, that have come near since the last accepted state: from there; back to q."""
-        self._place(self._accepted_q)
+        self._place(self._accepted.q)
         keys = self._narrow.keys[where]
         pairs = self._search.nearest(keys, self._slaves.array, self._nodes.array, self._reach + self._margin)
         state = self._narrow_phase(pairs, np.full(len(keys), UNKNOWN), reach=np.inf)
@@ -433,7 +411,7 @@ class SurfaceContact:
         """(active, n) factors of the normal in the gradient of each gap."""
         rows, factors = self._rows_and_factors()
         starts = np.arange(0, rows.size + 1, rows.shape[1], dtype=np.int32)
-        return csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(len(rows), len(self._accepted_q)))
+        return csr_matrix((factors.ravel(), rows.ravel(), starts), shape=(len(rows), len(self._accepted.q)))
 
 
 def _largest_distance(a: np.ndarray, b: np.ndarray) -> float:
