@@ -84,7 +84,6 @@ CASES = [
     _exudyn("swinging", 12, 1, 5e-4, 0.9, quick=True),
     _exudyn("swinging", 12, 1, 1e-4, 0.9),
     _exudyn("swinging", 12, 1, 1e-4, 1.0),
-    _exudyn("swinging", 24, 1, 1e-4, 0.9),
     _newton("swinging", 10, 10, 5e-4, 10, quick=True),
     _newton("swinging", 10, 10, 1e-4, 10),
     _newton("swinging", 24, 1, 1e-4, 10),
