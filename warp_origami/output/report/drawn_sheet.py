@@ -29,13 +29,18 @@ LARGEST_HALF = 30000.0
 """Fields are scaled below this; half floats end at 65504."""
 
 
+SAMPLED = 4_000_000
+"""Values that the percentiles are taken of, about."""
+
+
 @dataclass(frozen=True)
 class FieldRange:
     """Values of a field over the frames in the page.
 
     Attributes:
         scale: power of two that half floats are to be multiplied by.
-        low, high: of the colours: percentiles, so that a few extreme values do not take all the colours.
+        low, high: of the colours: percentiles over the whole run, so that neither a few elements nor a short time
+            with extreme values take all the colours.
         least, largest: of all values.
     """
 
@@ -124,7 +129,7 @@ def _add_topology(blob: Blob, animation: AnimationFile) -> None:
 
 
 def _range(name: str, values: np.ndarray) -> FieldRange:
-    """Of the values (frames, points) of a field; the colours as in the animation file."""
+    """Of the values (frames, points) of a field."""
     known = [row[np.isfinite(row)] for row in values]
     known = [row for row in known if len(row)]
     if not known:
@@ -134,10 +139,12 @@ def _range(name: str, values: np.ndarray) -> FieldRange:
     scale = 2.0 ** np.ceil(np.log2(top / LARGEST_HALF)) if top > 0.0 else 1.0
     if name in FIXED_RANGES:
         return FieldRange(float(scale), *FIXED_RANGES[name], least, largest)
-    shown = [row[row != 0.0] if name in LOCAL else row for row in known]
-    ends = [np.percentile(row, PERCENTILES) for row in shown if len(row)]
-    low = min([0.0, *(float(end[0]) for end in ends)])
-    high = max([float(end[1]) for end in ends], default=0.0)
+    shown = values[:, :: max(1, values.size // SAMPLED)]
+    shown = shown[np.isfinite(shown)]
+    if name in LOCAL and shown.any():
+        shown = shown[shown != 0.0]
+    low, high = np.percentile(shown, PERCENTILES) if len(shown) else (0.0, 0.0)
+    low, high = min(0.0, float(low)), max(0.0, float(high))
     return FieldRange(float(scale), low, high, least, largest)
 
 

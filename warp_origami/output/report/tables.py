@@ -5,6 +5,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
@@ -70,7 +71,8 @@ def _of_tables(place: str, table: Mapping) -> Iterable[Setting]:
 
 def _text(value: object) -> str:
     if isinstance(value, float):
-        return f"{value:.10g}"
+        plain = value == 0.0 or 1e-3 <= abs(value) < 1e5
+        return f"{value:.10g}" if plain else np.format_float_scientific(value, trim="-", exp_digits=1).replace("+", "")
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_text, value))}]"
     return value if isinstance(value, str) else json.dumps(value, default=str)
@@ -131,8 +133,11 @@ def _quantity(value: object, unit: str) -> str:
         return f"{value / 1e6:.0f} MB"
     if unit == "%":
         return f"{100.0 * value:.3g} % of the largest energy"
-    number = f"{value:,}".replace(",", " ") if isinstance(value, int) else f"{value:.4g}"
-    return f"{number} {unit}".rstrip()
+    if isinstance(value, int):
+        return f"{value:,} {unit}".replace(",", " ").rstrip()
+    if unit == "m" and 0.0 < value < 0.1:
+        value, unit = (1e3 * value, "mm") if value >= 1e-3 else (1e6 * value, "µm")
+    return f"{value:.4g} {unit}".replace("e+0", "e").replace("e+", "e").rstrip()
 
 
 def pairs_html(rows: Iterable[tuple[str, str]]) -> str:
@@ -174,4 +179,5 @@ MACHINE = {
 def machine_rows(files: RunFiles) -> list[tuple[str, str]]:
     """What the run ran on, as its animation says."""
     told = files.animation.machine if files.animation is not None else {}
-    return [(MACHINE.get(key, key), str(value)) for key, value in told.items()]
+    order = [key for key in MACHINE if key in told] + [key for key in told if key not in MACHINE]
+    return [(MACHINE.get(key, key), str(told[key])) for key in order]

@@ -65,6 +65,7 @@ class Animation {
     const { field } = this;
     const box = at("legend");
     box.replaceChildren();
+    box.hidden = at("draw").value === "creases";
     const add = (parent, kind, className, text = "") => {
       const element = document.createElement(kind);
       element.className = className;
@@ -84,10 +85,10 @@ class Animation {
     const { factor, unit } = scaled(Math.max(Math.abs(low), Math.abs(high)), field.unit);
     add(box, "div", "name", unit ? `${field.label} (${unit})` : field.label);
     const bar = add(box, "div", "bar");
-    bar.style.background = `linear-gradient(to top, ${VIRIDIS.map((hex) => `#${hex}`).join(",")})`;
+    bar.style.setProperty("--colours", VIRIDIS.map((hex) => `#${hex}`).join(","));
     for (const value of ticks(low / factor, high / factor)) {
       const place = high > low ? (100 * (value * factor - low)) / (high - low) : 0;
-      add(bar, "span", "tick", short(value, 3)).style.bottom = `${place}%`;
+      add(bar, "span", "tick", short(value, 3)).style.setProperty("--place", `${place}%`);
     }
     const [least, largest] = this.sheet.extremes();
     add(box, "div", "ends", `now ${short(least / factor, 3)} to ${short(largest / factor, 3)}`);

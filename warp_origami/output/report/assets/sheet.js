@@ -67,8 +67,8 @@ class Sheet {
       fragmentShader: FRAGMENT_SHADER,
       side: THREE.DoubleSide,
       polygonOffset: true, // lines on the sheet lie before it
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 2,
+      polygonOffsetFactor: 0.6,
+      polygonOffsetUnits: 1,
       uniforms: {
         mode: { value: 0 },
         low: { value: 0 },

@@ -56,7 +56,9 @@ class Stage {
     const right = new THREE.Vector3(0, 0, 1).cross(back).normalize();
     const up = back.clone().cross(right);
     const half = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) / 1.12; // with a margin
-    const [tx, ty] = [half * (this.camera.aspect - this.reserved() / this.box.clientHeight), half];
+    const { right: atRight, bottom } = this.reserved();
+    const height = this.box.clientHeight;
+    const [tx, ty] = [half * (this.camera.aspect - atRight / height), half * (1 - bottom / height)];
     const reach = { right: -Infinity, left: -Infinity, up: -Infinity, down: -Infinity };
     let [near, far] = [-Infinity, Infinity];
     for (const point of points) {
@@ -76,9 +78,9 @@ class Stage {
     this.draw();
   }
 
-  // Width at the right that the colour bar has to itself, px.
+  // Margins that the colour bar has to itself, px: at the right, on phones at the bottom.
   reserved() {
-    return this.box.clientWidth > 700 ? 130 : 60;
+    return matchMedia("(max-width: 640px)").matches ? { right: 0, bottom: 66 } : { right: 130, bottom: 0 };
   }
 
   // Moves camera and target with the sheet.
@@ -93,7 +95,8 @@ class Stage {
     if (!width || !height) return;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    this.camera.setViewOffset(width, height, this.reserved() / 2, 0, width, height);
+    const { right, bottom } = this.reserved();
+    this.camera.setViewOffset(width, height, right / 2, bottom / 2, width, height);
     this.draw();
   }
 
