@@ -89,7 +89,9 @@ class _Reader:
             return settings, load_scene(path)
         except InputError as error:
             reason = str(error).splitlines()[0]
-            self.remarks.append(f"scene.toml is shown as it is, without units: this program does not take it ({reason}).")
+            self.remarks.append(
+                f"scene.toml is shown as it is, without units: this program does not take it ({reason})."
+            )
             return settings, None
 
     def summary(self) -> dict:
@@ -123,6 +125,8 @@ class _Reader:
         values, whole = _numbers([line for line in lines[:-1] if line], len(columns))
         if not whole:
             self.remarks.append(f"{name}.csv is damaged after {len(values)} rows; what follows is left out.")
+        elif not len(values):
+            self.remarks.append(f"{name}.csv holds no rows.")
         return Table(columns, values)
 
     def animation(self) -> AnimationFile | None:
