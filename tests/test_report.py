@@ -3,6 +3,8 @@
 import base64
 import json
 import re
+import sys
+import types
 import zlib
 
 import numpy as np
@@ -135,6 +137,18 @@ def test_a_run_does_not_fail_by_its_page(tmp_path, monkeypatch, error):
     feed.feed(directory, feed.scene(), 0.5)
     assert directory.report_failure
     assert json.loads((tmp_path / "summary.json").read_text())["status"] == "done"
+
+
+def test_full_disk_leaves_a_page_where_there_is_room_for_it(tmp_path, monkeypatch):
+    def simulate(scene, observer, **options):
+        feed.feed(observer, scene, 0.5, kill=True)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(sys.modules, "warp_origami.solve.simulate", types.SimpleNamespace(simulate=simulate))
+    (tmp_path / "bending.toml").write_text(feed.scene().to_toml())
+    done = CliRunner().invoke(main, ["run", str(tmp_path / "bending.toml"), "--out", str(tmp_path / "out"), "--quiet"])
+    assert done.exit_code == 3 and "No space left" in done.output
+    assert described(tmp_path / "out" / "report.html")["tables"]["history"]["rows"] == 21
 
 
 def test_message_and_advice_of_a_failed_run(tmp_path):

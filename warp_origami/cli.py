@@ -9,6 +9,7 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -141,14 +142,15 @@ def run(
     directory = RunDirectory(folder)
     watchers = [directory] if quiet else [directory, Progress(end)]
     options = {"device": device, "threads": threads}
-    summary = simulate(
-        read,
-        observer=Observers(watchers),
-        until=end,
-        resume=checkpoint,
-        clock=PhaseClock(_process_start()),
-        **{name: value for name, value in options.items() if value is not None},
-    )
+    with _page_in_any_case(folder):
+        summary = simulate(
+            read,
+            observer=Observers(watchers),
+            until=end,
+            resume=checkpoint,
+            clock=PhaseClock(_process_start()),
+            **{name: value for name, value in options.items() if value is not None},
+        )
     if directory.report_failure is not None:
         click.echo(f"no report.html: {directory.report_failure}; try `warp-origami report {folder}`", err=True)
     sys.exit(_report(summary, folder, quiet))
@@ -273,6 +275,19 @@ def _write_pareto(folder: Path, findings) -> None:
 def _process_start() -> float:
     """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
     return time.perf_counter() - (time.time() - psutil.Process().create_time())
+
+
+@contextlib.contextmanager
+def _page_in_any_case(folder: Path) -> Iterator[None]:
+    """Where a run ends without its own end (full disk, second Ctrl-C), a page of what there is, if it can be had."""
+    from .output.report.page import build_report
+
+    try:
+        yield
+    except (OSError, KeyboardInterrupt):
+        with contextlib.suppress(InputError, OSError):
+            build_report(folder)
+        raise
 
 
 def _report(summary: dict, folder: Path, quiet: bool) -> int:
