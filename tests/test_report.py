@@ -56,6 +56,12 @@ def test_same_files_same_page(run):
     assert (run / "report.html").read_bytes() == first
 
 
+def test_file_that_was_replaced_is_read_anew(run):
+    before = AnimationFile(run / "animation.usdc")
+    feed.feed(RunDirectory(run), feed.scene(), 0.5)
+    assert (len(before.times), len(AnimationFile(run / "animation.usdc").times)) == (21, 11)
+
+
 def test_settings_are_all_of_the_scene(run):
     rows = {(row.table, row.key): row for row in settings(read_run_files(run))}
     assert rows["material", "youngs_modulus"].value == "2.5e9"

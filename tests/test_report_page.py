@@ -199,7 +199,8 @@ def test_mouse_turns_and_zooms(page):
 def test_values_are_read_under_the_pointer(page):
     page.locator("#view").select_option("top")
     box = page.locator("#canvas").bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2 - 65, box["y"] + box["height"] / 2)  # the middle, left of the bar
+    middle = (box["width"] - page.evaluate("report.animation.stage.reserved().right")) / 2  # left of the colour bar
+    page.mouse.move(box["x"] + middle, box["y"] + box["height"] / 2)
     page.wait_for_selector("#reading:not([hidden])")
     text = page.locator("#reading").inner_text()
     x, y = map(float, re.fullmatch(r"0 Pa · flat x (\S+) mm, y (\S+) mm", text).groups())
@@ -220,6 +221,10 @@ def test_plots_show_the_tables_and_lead_to_their_time(page):
     assert page.locator("#reactions figcaption").count() == 2
     strain = page.evaluate("report.plots.shown[0].plot.data[2]")
     assert np.allclose(strain, np.pi * np.arange(41) / 40, rtol=1e-6)
+    page.mouse.move(5, 5)
+    page.locator("#time").fill("10")
+    values = page.locator("#plots figure").first.locator(".u-value").all_inner_texts()
+    assert values == ["0.5", "0.3333", "1.571"]  # at the time of the animation
     over = page.locator("#plots .u-over").first
     over.click(position={"x": over.bounding_box()["width"] * 0.5, "y": 20})
     assert abs(page.evaluate(FRAME) - 10) <= 1

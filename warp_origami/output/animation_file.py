@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from warp_origami.errors import InputError
 
@@ -44,7 +44,8 @@ class AnimationFile:
             InputError: it is no animation of this program, or damaged.
         """
         try:
-            stage = Usd.Stage.Open(str(path))
+            # a layer of its own: by its path an earlier file might be found that is still open
+            stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(path)))
             sheet = UsdGeom.Mesh.Get(stage, "/World/sheet")
             self._points = sheet.GetPointsAttr()
             self._codes = self._points.GetTimeSamples()

@@ -150,7 +150,7 @@ def pairs_html(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def phases_html(summary: Mapping) -> str:
-    """Wall time by phase as a bar, with the numbers below."""
+    """Wall time by phase as a bar, with the numbers below; empty if they are not known."""
     phases = summary.get("phases")
     if not isinstance(phases, Mapping):
         return ""
@@ -164,7 +164,8 @@ def phases_html(summary: Mapping) -> str:
         parts.append(f'<span class="phase c{k % 8}" style="width:{share:.3f}%"></span>')
         text = f"{html.escape(str(name))} {seconds:.3g} s"
         labels.append(f'<li><i class="c{k % 8}"></i>{text}</li>')
-    return f'<div class="phases" aria-hidden="true">{"".join(parts)}</div><ul class="keys">{"".join(labels)}</ul>'
+    heading = "<h3>Wall time by phase</h3>"
+    return f'{heading}<div class="phases" aria-hidden="true">{"".join(parts)}</div><ul class="keys">{"".join(labels)}</ul>'
 
 
 MACHINE = {

@@ -85,6 +85,7 @@ class Plots {
     plot.over.append(mark);
     const shown = { plot, mark, place, chart, factor };
     plot.hooks.setScale = [(_, key) => key === "x" && this.move(shown)];
+    plot.hooks.setCursor = [() => plot.cursor.left < 0 && this.tell(shown)];
     let pressed = 0;
     plot.over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
     plot.over.addEventListener("click", (event) => {
@@ -113,10 +114,19 @@ class Plots {
     for (const shown of this.shown) this.move(shown);
   }
 
-  move({ plot, mark }) {
+  // The line at the time of the animation, and the values there.
+  move(shown) {
+    const { plot, mark } = shown;
     const { min, max } = plot.scales.x;
+    if (!(plot.cursor.left >= 0)) this.tell(shown);
     mark.hidden = this.time === null || !(this.time >= min && this.time <= max);
     if (!mark.hidden) mark.style.transform = `translateX(${plot.valToPos(this.time, "x")}px)`;
+  }
+
+  // Values in the legend: at the time of the animation, while no pointer asks for another.
+  tell({ plot }) {
+    const row = this.time === null ? plot.data[0].length - 1 : plot.valToIdx(this.time);
+    if (row >= 0 && plot.legend.idx !== row) plot.setLegend({ idx: row }, false);
   }
 
   fitWidths() {

@@ -30,9 +30,9 @@ void main() {
     base = vValue < 0.5 ? states[0] : vValue < 1.5 ? states[1] : states[2];
   }
   if (mode != 0 && !(vValue == vValue)) base = vec3(0.5);
-  float light = max(dot(normal, normalize(vec3(0.35, 0.55, 0.9))), 0.0);
-  float grazing = max(normal.z, 0.0);
-  gl_FragColor = vec4(base * (0.52 + 0.36 * light + 0.16 * grazing), 1.0);
+  float light = 0.7 * max(dot(normal, normalize(vec3(0.35, 0.55, 0.9))), 0.0) + 0.3 * max(normal.z, 0.0);
+  float dark = mode == 0 ? 0.5 : 0.66; // colours that are to be read off change less with the light
+  gl_FragColor = vec4(base * (dark + (1.06 - dark) * light), 1.0);
 }`;
 
 class Sheet {

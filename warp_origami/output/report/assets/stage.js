@@ -80,7 +80,7 @@ class Stage {
 
   // Margins that the colour bar has to itself, px: at the right, on phones at the bottom.
   reserved() {
-    return matchMedia("(max-width: 640px)").matches ? { right: 0, bottom: 66 } : { right: 130, bottom: 0 };
+    return matchMedia("(max-width: 640px)").matches ? { right: 0, bottom: 66 } : { right: 175, bottom: 0 };
   }
 
   // Moves camera and target with the sheet.
