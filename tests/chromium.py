@@ -20,12 +20,12 @@ SLOW_DRAWING = "GPU stall due to ReadPixels"
 """What a browser without a GPU says of itself."""
 
 
-def launch(playwright):
-    """A headless Chromium; skips the test where there is none."""
+def launch(playwright, *flags):
+    """A headless Chromium, with further `flags`; skips the test where there is none."""
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
         pytest.skip(f"no browser: none of {', '.join(NAMES)} is installed")
-    return playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+    return playwright.chromium.launch(executable_path=path, args=[*FLAGS, *flags])
 
 
 class Watched:

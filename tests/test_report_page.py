@@ -38,11 +38,16 @@ COLOURS = """() => {
 
 
 @pytest.fixture(scope="module")
-def browser():
+def playwright():
     with sync_api.sync_playwright() as playwright:
-        browser = launch(playwright)
-        yield browser
-        browser.close()
+        yield playwright
+
+
+@pytest.fixture(scope="module")
+def browser(playwright):
+    browser = launch(playwright)
+    yield browser
+    browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -324,6 +329,26 @@ def test_modes_are_chosen_by_their_frequency(browser, tmp_path):
     times = page.evaluate("Array.from(report.animation.sheet.times)")
     assert [times[frames[0]], times[frames[1]]] == [1.0, 2.0]
     assert "mode 2 · 49.45 Hz" in page.locator("#clock").inner_text()
+    assert watched.faults == []
+
+
+def test_without_3d_graphics_the_plots_are_there(playwright, folder):
+    browser = launch(playwright, "--disable-3d-apis")
+    page = Watched(browser, folder / "report.html").page
+    assert "WebGL" in page.locator("#nothing").inner_text()
+    assert page.locator("#time").is_hidden()
+    assert page.locator("#plots figure").count() == 4
+    page.locator("#theme").click()
+    assert page.locator("#plots figure").count() == 4
+    browser.close()
+
+
+def test_run_that_ended_at_its_first_state(browser, tmp_path):
+    feed.feed(RunDirectory(tmp_path), feed.scene(), 0.0, status="failed", message="no first step")
+    watched = Watched(browser, tmp_path / "report.html")
+    assert watched.page.locator("#clock").inner_text() == "0.000 s"
+    assert watched.page.locator("#play").is_disabled()
+    assert drawn(watched.page)[2] > 5000
     assert watched.faults == []
 
 

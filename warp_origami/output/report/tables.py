@@ -165,7 +165,9 @@ def phases_html(summary: Mapping) -> str:
         text = f"{html.escape(str(name))} {seconds:.3g} s"
         labels.append(f'<li><i class="c{k % 8}"></i>{text}</li>')
     heading = "<h3>Wall time by phase</h3>"
-    return f'{heading}<div class="phases" aria-hidden="true">{"".join(parts)}</div><ul class="keys">{"".join(labels)}</ul>'
+    return (
+        f'{heading}<div class="phases" aria-hidden="true">{"".join(parts)}</div><ul class="keys">{"".join(labels)}</ul>'
+    )
 
 
 MACHINE = {
