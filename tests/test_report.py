@@ -21,7 +21,7 @@ from warp_origami.output.report.coding import Blob
 from warp_origami.output.report.drawn_sheet import draw_sheet, rim, segments, split_at_creases
 from warp_origami.output.report.page import build_report
 from warp_origami.output.report.run_files import Table, read_run_files
-from warp_origami.output.report.tables import settings, summary_rows
+from warp_origami.output.report.tables import model_rows, result_rows, settings
 from warp_origami.output.run_directory import RunDirectory
 
 FILES = ("scene.toml", "summary.json", "animation.usdc", "history.csv", "probes.csv", "reactions.csv")
@@ -259,7 +259,7 @@ def test_columns_that_are_not_known_are_plotted_too(run):
 
 def test_summary_in_words():
     rows = dict(
-        summary_rows(
+        result_rows(
             {
                 "elements": 12345,
                 "max_penetration": 2.5e-6,
@@ -276,3 +276,7 @@ def test_summary_in_words():
         "Energy created": "0.1 % of the largest energy",
         "new": "3",
     }
+    assert model_rows({"nts_stiffness": 3e6, "terms": ["inertia", "drivers"], "elements": 3}) == [
+        ("Modelled", "inertia, drivers"),
+        ("Contact stiffness, node to surface", "3e6 N/m"),
+    ]

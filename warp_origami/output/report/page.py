@@ -21,7 +21,7 @@ from .charts import as_dictionaries, charts, thinned
 from .coding import Blob
 from .drawn_sheet import DrawnSheet, draw_sheet
 from .run_files import RunFiles, read_run_files
-from .tables import machine_rows, pairs_html, phases_html, settings, settings_html, summary_rows
+from .tables import machine_rows, model_rows, pairs_html, phases_html, result_rows, settings, settings_html
 
 NAME = "report.html"
 ASSETS = Path(__file__).parent / "assets"
@@ -120,9 +120,10 @@ def _parts(files: RunFiles, sheet: DrawnSheet | None, remarks: list[str]) -> dic
         "message": _message(files.summary),
         "remarks": "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks),
         "no_remarks": "" if remarks else "hidden",
-        "summary": pairs_html(summary_rows(files.summary)) if files.summary else "<p>summary.json is missing.</p>",
+        "summary": pairs_html(result_rows(files.summary)) if files.summary else "<p>summary.json is missing.</p>",
         "phases": phases_html(files.summary),
         "settings": settings_html(settings(files)),
+        "model": pairs_html(model_rows(files.summary)),
         "machine": pairs_html(machine_rows(files)) if machine_rows(files) else "<p>Not told by the run's files.</p>",
         "libraries": "\n".join(
             f"<script>/*\n{_asset(licence)}*/\n{_asset(name)}</script>" for licence, name in LIBRARIES.items()

@@ -93,36 +93,46 @@ def settings_html(rows: Iterable[Setting]) -> str:
     return f'<table class="settings">{head}<tbody>{"".join(parts)}</tbody></table>'
 
 
-LABELS = {
+RESULTS = {
     "elements": ("Elements", ""),
     "dofs": ("Degrees of freedom", ""),
-    "constraints": ("Constraint equations", ""),
-    "constraint_form": ("Constraints", ""),
-    "linear_solver": ("Linear solver", ""),
-    "terms": ("Modelled", ""),
-    "device": ("Device", ""),
-    "precision": ("Precision", ""),
     "steps_accepted": ("Steps", ""),
     "steps_rejected": ("Rejected steps", ""),
     "newton_iterations": ("Newton iterations", ""),
     "linear_solves": ("Linear solves", ""),
     "max_penetration": ("Largest penetration", "m"),
-    "sts_stiffness": ("Contact stiffness, surface to surface", "N/m³"),
-    "nts_stiffness": ("Contact stiffness, node to surface", "N/m"),
-    "expected_speed": ("Speed the contact is made for", "m/s"),
     "energy_gain": ("Energy created", "%"),
     "energy_loss": ("Energy lost", "%"),
     "wall_seconds": ("Wall time", "s"),
     "peak_memory_bytes": ("Peak memory", "bytes"),
 }
+MODEL = {
+    "terms": ("Modelled", ""),
+    "constraints": ("Constraint equations", ""),
+    "constraint_form": ("Constraints", ""),
+    "linear_solver": ("Linear solver", ""),
+    "sts_stiffness": ("Contact stiffness, surface to surface", "N/m³"),
+    "nts_stiffness": ("Contact stiffness, node to surface", "N/m"),
+    "expected_speed": ("Speed the contact is made for", "m/s"),
+    "device": ("Device", ""),
+    "precision": ("Precision", ""),
+}
 ELSEWHERE = {"status", "scene", "message", "advice", "phases", "frequencies", "kernel_modules"}
 
 
-def summary_rows(summary: Mapping) -> list[tuple[str, str]]:
+def result_rows(summary: Mapping) -> list[tuple[str, str]]:
     """Label and value of the numbers of a run; those that are not known here under their own names."""
-    known = [(*LABELS[key], summary[key]) for key in LABELS if key in summary]
-    others = [(key, "", value) for key, value in summary.items() if key not in LABELS and key not in ELSEWHERE]
-    rows = [(label, _quantity(value, unit)) for label, unit, value in known + others]
+    others = summary.keys() - RESULTS.keys() - MODEL.keys() - ELSEWHERE
+    return _rows(summary, RESULTS | {key: (key, "") for key in summary if key in others})
+
+
+def model_rows(summary: Mapping) -> list[tuple[str, str]]:
+    """Label and value of what was modelled and how it was solved."""
+    return _rows(summary, MODEL)
+
+
+def _rows(summary: Mapping, labels: Mapping[str, tuple[str, str]]) -> list[tuple[str, str]]:
+    rows = [(label, _quantity(summary[key], unit)) for key, (label, unit) in labels.items() if key in summary]
     return [row for row in rows if row[1]]
 
 
