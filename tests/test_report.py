@@ -74,6 +74,13 @@ def test_settings_are_all_of_the_scene(run):
         assert {key for place, key in rows if place == table} == {k for k, v in told[table].items() if v != ()}
 
 
+def test_long_lists_are_cut_in_the_table_of_settings(tmp_path):
+    scene = feed.scene(load=[{"kind": "force", "at": {"vertices": list(range(15)) * 20}, "value": [1.0, 0.0, 0.0]}])
+    feed.feed(RunDirectory(tmp_path), scene, 0.5)
+    rows = {(row.table, row.key): row.value for row in settings(read_run_files(tmp_path))}
+    assert rows["load.0.at", "vertices"].endswith("8, 9, … 300 in all]")
+
+
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("left", [None, 0, 40, 0.6])
 def test_each_file_may_be_missing_or_cut_off(run, name, left):

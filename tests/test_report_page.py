@@ -292,6 +292,10 @@ def test_phone(browser, folder):
         fingers("touchMove", -30 - 15 * k, 30 + 15 * k)
     fingers("touchEnd")
     assert page.evaluate(DISTANCE) < 0.9 * distance
+    page.evaluate("report.animation.view('top')")
+    page.touchscreen.tap(x, y - page.evaluate("report.animation.stage.reserved().bottom") / 2)
+    page.wait_for_selector("#reading:not([hidden])")
+    assert "flat x" in page.locator("#reading").inner_text()
     page.locator("#play").tap()
     until(page, f"{FRAME} > 0")
     page.locator("#play").tap()

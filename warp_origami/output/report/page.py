@@ -31,8 +31,8 @@ SCRIPTS = ("data.js", "format.js", "colours.js", "sheet.js", "stage.js", "player
 
 FIELDS = {
     "von_mises": ("von Mises stress", "Pa"),
-    "s1": ("largest principal stress S1", "Pa"),
-    "s2": ("least principal stress S2", "Pa"),
+    "s1": ("principal stress S1", "Pa"),
+    "s2": ("principal stress S2", "Pa"),
     "state": ("wrinkle state", ""),
     "contact_pressure": ("contact pressure", "Pa"),
 }

@@ -11,6 +11,9 @@ from pydantic_core import PydanticUndefined
 
 from .run_files import RunFiles
 
+MOST_VALUES = 100
+"""Of a list, in the table of settings; scene.toml has them all."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -74,7 +77,8 @@ def _text(value: object) -> str:
         plain = value == 0.0 or 1e-3 <= abs(value) < 1e5
         return f"{value:.10g}" if plain else np.format_float_scientific(value, trim="-", exp_digits=1).replace("+", "")
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_text, value))}]"
+        shown = ", ".join(map(_text, value[:MOST_VALUES]))
+        return f"[{shown}]" if len(value) <= MOST_VALUES else f"[{shown}, … {len(value)} in all]"
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 

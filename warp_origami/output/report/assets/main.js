@@ -209,6 +209,7 @@ class Animation {
         this.read(event);
       });
     });
+    stage.canvas.addEventListener("click", (event) => this.read(event)); // a finger does not hover
     stage.canvas.addEventListener("pointerleave", () => (at("reading").hidden = true));
   }
 
