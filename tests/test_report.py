@@ -257,9 +257,10 @@ def test_thinned_tables_lose_no_peak():
 def test_columns_that_are_not_known_are_plotted_too(run):
     path = run / "history.csv"
     heading, *rows = path.read_text().split("\n")
-    path.write_text("\n".join([heading + ",spin_rate", *(row + ",3.5" for row in rows[:-1]), ""]))
+    path.write_text("\n".join([heading + ",spin_rate,hinge_energy", *(row + ",3.5,1.0" for row in rows[:-1]), ""]))
     found = {chart.title: chart for chart in charts(read_run_files(run))}
     assert [curve.label for curve in found["spin rate"].curves] == ["spin_rate"]
+    assert [curve.label for curve in found["Energies"].curves] == ["kinetic", "strain", "hinge"]
     assert "Contacts" not in found  # zero throughout
     assert {chart.group for chart in found.values() if chart.section == "probes"} == {"tip"}
 

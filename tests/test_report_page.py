@@ -10,6 +10,7 @@ import feed
 from chromium import Watched, launch
 from warp_origami.output.report.page import build_report
 from warp_origami.output.run_directory import RunDirectory
+from warp_origami.solve.records import Frame
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 
@@ -353,6 +354,25 @@ def test_run_that_ended_at_its_first_state(browser, tmp_path):
     assert watched.page.locator("#clock").inner_text() == "0.000 s"
     assert watched.page.locator("#play").is_disabled()
     assert drawn(watched.page)[2] > 5000
+    assert watched.faults == []
+
+
+def test_values_that_are_not_known_are_grey(browser, tmp_path):
+    directory = RunDirectory(tmp_path)
+    directory.start(feed.scene(output={"fps": feed.FPS, "fields": ["s1"]}), feed.SURFACE, None)
+    for k, value in enumerate((np.nan, 1e6)):
+        frame = feed.frame(0.0)
+        directory.frame(Frame(k / feed.FPS, frame.points, frame.nodes, {"s1": np.full(len(frame.points), value)}))
+    directory.save()
+    directory.finish({"status": "done"})
+    watched = Watched(browser, tmp_path / "report.html")
+    watched.page.locator("#draw").select_option("sheet")
+    red, green, blue = drawn(watched.page)[1]
+    assert red == green == blue
+    watched.page.locator("#time").fill("1")
+    red, green, blue = drawn(watched.page)[1]
+    assert red > blue + 50.0  # the upper end of the bar, yellow
+    assert watched.page.locator("#reading").is_hidden()
     assert watched.faults == []
 
 

@@ -1,6 +1,6 @@
 """Which columns of the tables of a run are plotted together, and under which names."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -66,7 +66,6 @@ RUN = (
             "kinetic_energy": "kinetic",
             "strain_energy": "strain",
             "contact_energy": "contact",
-            "crease_energy": "creases",
             "dissipated": "dissipated",
             "external_work": "external work",
         },
@@ -94,13 +93,11 @@ REACTION = (
 
 
 def charts(files: RunFiles) -> list[Chart]:
-    """All diagrams of a run; columns that this module does not know get one each."""
+    """All diagrams of a run; columns that this module does not know get one each, further energies join the others."""
     found = []
     history = files.tables.get("history")
     if history is not None and len(history):
-        known = {"time"}.union(*(plan.columns for plan in RUN))
-        others = [_Plan(name.replace("_", " "), "", {name: name}) for name in history.columns if name not in known]
-        for plan in (*RUN, *others):
+        for plan in _plans(history):
             found += _chart(plan, history, "history", "run", "")
     for name, plans in (("probes", PROBE), ("reactions", REACTION)):
         table = files.tables.get(name)
@@ -108,6 +105,15 @@ def charts(files: RunFiles) -> list[Chart]:
             for plan in plans:
                 found += _chart(plan, table, name, name, group)
     return [_named(chart, files.kind) for chart in found]
+
+
+def _plans(history: Table) -> list[_Plan]:
+    known = {"time"}.union(*(plan.columns for plan in RUN))
+    new = [name for name in history.columns if name not in known]
+    energies, *others = RUN
+    more = {name: name.removesuffix("_energy") for name in new if name.endswith("_energy")}
+    single = [_Plan(name.replace("_", " "), "", {name: name}) for name in new if name not in more]
+    return [replace(energies, columns=energies.columns | more), *others, *single]
 
 
 def groups(table: Table) -> list[str]:
@@ -133,7 +139,7 @@ def _named(chart: Chart, kind: str) -> Chart:
     """In statics the step is one of the load factor, without a unit."""
     if kind == "dynamic" or chart.title != "Step":
         return chart
-    return Chart(**(vars(chart) | {"title": "Step of the load factor", "unit": ""}))
+    return replace(chart, title="Step of the load factor", unit="")
 
 
 def as_dictionaries(found: list[Chart]) -> list[dict]:

@@ -29,7 +29,7 @@ void main() {
   } else if (mode == 2) {
     base = vValue < 0.5 ? states[0] : vValue < 1.5 ? states[1] : states[2];
   }
-  if (mode != 0 && !(vValue == vValue)) base = vec3(0.5);
+  if (mode != 0 && isnan(vValue)) base = vec3(0.5);
   float light = 0.7 * max(dot(normal, normalize(vec3(0.35, 0.55, 0.9))), 0.0) + 0.3 * max(normal.z, 0.0);
   float dark = mode == 0 ? 0.5 : 0.66; // colours that are to be read off change less with the light
   gl_FragColor = vec4(base * (dark + (1.06 - dark) * light), 1.0);
