@@ -207,6 +207,15 @@ def test_layers_that_move_apart_show_no_pressure():
     assert max(frame.fields["contact_pressure"].max() for frame in result.frames) == 0.0
 
 
+def test_a_sheet_that_touches_nothing_shows_no_pressure():
+    """Also where all kinds of contact are looked for and none is found."""
+    tables = wo.load_scene("single_fold").model_dump(exclude_none=True)
+    tables |= {"contact": {"method": "mixed"}, "output": {"fps": "steps", "fields": ["contact_pressure"]}}
+    result = wo.simulate(wo.Scene(**tables), until=1e-4)
+    assert len(result.frames) > 1
+    assert not any(frame.fields["contact_pressure"].any() for frame in result.frames)
+
+
 def test_pressure_in_the_animation(tmp_path):
     """A primvar like any other; its colours reach from zero to what is pressed, however small that part is."""
     result = wo.simulate(impact(["contact_pressure"]), observers=[RunDirectory(tmp_path)])

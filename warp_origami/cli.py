@@ -9,6 +9,7 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -138,17 +139,38 @@ def run(
         if not quiet:
             click.echo(f"{folder} is finished: nothing to do", err=True)
         return
-    watchers = [RunDirectory(folder)] if quiet else [RunDirectory(folder), Progress(end)]
+    directory = RunDirectory(folder)
+    watchers = [directory] if quiet else [directory, Progress(end)]
     options = {"device": device, "threads": threads}
-    summary = simulate(
-        read,
-        observer=Observers(watchers),
-        until=end,
-        resume=checkpoint,
-        clock=PhaseClock(_process_start()),
-        **{name: value for name, value in options.items() if value is not None},
-    )
+    with _page_in_any_case(folder):
+        summary = simulate(
+            read,
+            observer=Observers(watchers),
+            until=end,
+            resume=checkpoint,
+            clock=PhaseClock(_process_start()),
+            **{name: value for name, value in options.items() if value is not None},
+        )
+    if directory.report_failure is not None:
+        click.echo(f"no report.html: {directory.report_failure}; try `warp-origami report {folder}`", err=True)
     sys.exit(_report(summary, folder, quiet))
+
+
+@main.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE", help="The page [DIR/report.html]."
+)
+def report(folder: Path, out: Path | None) -> None:
+    """Write the page of the run in DIR, report.html, again.
+
+    It is made from what the run has left there: a finished run, one that goes on, or one that was killed. The page
+    opens in any browser, without a network; it says what is missing.
+    """
+    from .output.report.page import build_report
+
+    path, remarks = build_report(folder, out)
+    click.echo("\n".join([str(path), *(f"  {remark}" for remark in remarks)]))
 
 
 @main.command()
@@ -253,6 +275,19 @@ def _write_pareto(folder: Path, findings) -> None:
 def _process_start() -> float:
     """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
     return time.perf_counter() - (time.time() - psutil.Process().create_time())
+
+
+@contextlib.contextmanager
+def _page_in_any_case(folder: Path) -> Iterator[None]:
+    """Where a run ends without its own end (full disk, second Ctrl-C), a page of what there is, if it can be had."""
+    from .output.report.page import build_report
+
+    try:
+        yield
+    except (OSError, KeyboardInterrupt):
+        with contextlib.suppress(InputError, OSError):
+            build_report(folder)
+        raise
 
 
 def _report(summary: dict, folder: Path, quiet: bool) -> int:

@@ -14,6 +14,7 @@ from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_
 
 from .checkpoint import pattern_identity, read_checkpoint, write_checkpoint
 from .files import CsvFile, last_time, write_text
+from .report.page import NAME, build_report
 from .usd import Animation
 
 SAVING_SHARE = 0.02
@@ -27,6 +28,7 @@ FILES = (
     "probes.csv",
     "reactions.csv",
     "scene.toml",
+    NAME,
 )
 
 
@@ -35,6 +37,9 @@ class RunDirectory:
 
     Rows are appended as they come. The animation and the checkpoint it belongs to are saved together, at intervals that
     grow with the cost of saving, and at the end.
+
+    Attributes:
+        report_failure: why there is no report.html after `finish`; None if there is one.
     """
 
     def __init__(self, path: str | Path):
@@ -42,6 +47,7 @@ class RunDirectory:
         self._tables: dict[str, CsvFile] | None = None
         self._pending: dict[str, np.ndarray] | None = None
         self._next_save = 0.0
+        self.report_failure: str | None = None
 
     def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
         """Makes the folder, or replaces the files of an earlier run there, or cuts them at `resumed_at`.
@@ -54,7 +60,7 @@ class RunDirectory:
         except OSError as error:
             raise InputError("--out", f"{str(self.path)!r} ({error.strerror})", "a folder that can be made") from None
         animation = Animation(self.path / "animation.usdc", scene, surface, resumed_at)
-        stale = FILES if resumed_at is None else ("summary.json",)
+        stale = FILES if resumed_at is None else ("summary.json", NAME)
         for name in stale:
             (self.path / name).unlink(missing_ok=True)
         write_text(self.path / "scene.toml", scene.to_toml())
@@ -102,10 +108,16 @@ class RunDirectory:
             self._pending = None
 
     def finish(self, summary: dict) -> None:
-        """Writes the summary."""
+        """Writes the summary, and the page last: what goes wrong with it is no fault of the run."""
         for table in (self._tables or {}).values():
             table.close()
         write_text(self.path / "summary.json", json.dumps(_jsonable(summary), indent=2) + "\n")
+        try:
+            build_report(self.path)
+        except KeyboardInterrupt:
+            self.report_failure = "interrupted"
+        except Exception as error:
+            self.report_failure = f"{type(error).__name__}: {error}"
 
 
 def _jsonable(value: object) -> object:

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from warp_origami.errors import InputError
+from warp_origami.machine import machine
 from warp_origami.model.submesh import Submesh
 from warp_origami.scene import Scene
 from warp_origami.solve.records import Frame
@@ -25,6 +26,12 @@ PERCENTILES = (1.0, 99.0)
 
 LOCAL = ("contact_pressure",)
 """Fields that vanish but on small parts of the sheet: the percentiles are of the values there."""
+
+CREASE_POINTS = "sheetPoints"
+"""Attribute of the creases: the points of the sheet that they go through."""
+
+MACHINE = "machine"
+"""Key of the layer's customLayerData: what the run ran on, for whoever reads the file later and elsewhere."""
 
 
 class Animation:
@@ -58,6 +65,7 @@ class Animation:
         else:
             self._stage = Usd.Stage.CreateInMemory("animation.usdc")
             self._define_prims()
+        self._stage.GetRootLayer().customLayerData = {MACHINE: machine()}
 
     def add(self, frame: Frame) -> None:
         """Adds a frame; times are increasing."""
@@ -135,6 +143,9 @@ class Animation:
             creases.CreateWidthsAttr([self._line_width])
             creases.SetWidthsInterpolation(UsdGeom.Tokens.constant)
             creases.CreateDisplayColorPrimvar(UsdGeom.Tokens.constant).Set([Gf.Vec3f(0.02)])
+            through = creases.GetPrim().CreateAttribute(CREASE_POINTS, Sdf.ValueTypeNames.IntArray)
+            through.SetVariability(Sdf.VariabilityUniform)
+            through.Set(Vt.IntArray.FromNumpy(surface.creases.ravel()))
         UsdGeom.Camera.Define(stage, "/World/camera")
         self._find_prims()
 

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from warp_origami.machine import machine
 from warp_origami.output.files import write_text
 from warp_origami.scene import Scene
 
-from .machine import machine
 from .measurement import LOG, SCENE, TOLD, VERTICES, Measurement
 
 GRACE = 30.0

@@ -4,6 +4,7 @@ import hashlib
 import os
 import platform
 import sys
+from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 PACKAGES = {"numpy": "numpy", "scipy": "scipy", "warp": "warp-lang", "warp-origami": "warp-origami"}
 
 
+@cache
 def machine() -> dict[str, str | int]:
     """Name of the processor, cores, and versions of Python, the libraries and this program."""
     versions = {name: version(package) for name, package in PACKAGES.items()}
