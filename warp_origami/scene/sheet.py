@@ -116,6 +116,29 @@ class Miura(PatternTable):
         return self
 
 
+class CrossFold(PatternTable):
+    """A square sail of four petals folded into strips: stowed, a cross of four arms around a hub."""
+
+    kind: Literal["cross_fold"] = Field(description='"cross_fold"')
+    side: Positive = Field(default=14.0, description="a number > 0: side of the square, m")
+    hub: NotNegative = Field(default=1.2, description="a number >= 0 and < side: side of the opening for the hub, m")
+    strips: Annotated[Count, Field(ge=2)] = Field(default=10, description="an integer >= 2: strips of each petal")
+    opening: Annotated[NotNegative, Field(le=0.5 * math.pi)] = Field(
+        default=0.1, description="a number from 0 to pi/2, rad: angle between neighbouring strips when stowed"
+    )
+    columns: Count | None = Field(
+        default=None, description="an integer >= 1: element sides along half a side [elements as long as strips]"
+    )
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if not self.hub < self.side:
+            raise fault("hub", self.hub, f"less than side, which is {self.side} (m)")
+        return self
+
+
 class RoundTable(PatternTable):
     """A round sheet in rings of triangles, without creases."""
 
@@ -183,7 +206,7 @@ class Fold(PatternTable):
         return self
 
 
-Pattern = Annotated[LeafIn | Sheet | Miura | Disc | Annulus | Fold, Field(discriminator="kind")]
+Pattern = Annotated[LeafIn | Sheet | Miura | CrossFold | Disc | Annulus | Fold, Field(discriminator="kind")]
 
 
 class Material(Table):

@@ -8,12 +8,20 @@ from ..fold import read_fold
 from ..pattern import Pattern
 from ..refine import refine_pattern
 from .annulus import annulus
+from .cross_fold import cross_fold
 from .disc import disc
 from .leaf_in import leaf_in
 from .miura import miura
 from .sheet import sheet
 
-GENERATORS = {"annulus": annulus, "disc": disc, "leaf_in": leaf_in, "miura": miura, "sheet": sheet}
+GENERATORS = {
+    "annulus": annulus,
+    "cross_fold": cross_fold,
+    "disc": disc,
+    "leaf_in": leaf_in,
+    "miura": miura,
+    "sheet": sheet,
+}
 
 
 def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refine: int = 1) -> Pattern:
