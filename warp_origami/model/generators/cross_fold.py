@@ -27,9 +27,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ..mesh import build_mesh
 from ..pattern import Pattern
-from .eighths import ladder, mirrored
+from .eighths import ladder, square_of_eighths
 
 
 def cross_fold(
@@ -70,13 +69,7 @@ def cross_fold(
         around = list(itertools.pairwise(low)) if k > 0 else []
         lines += [(low[i], high[j]), (low[-1], high[-1]), *around]
         letters += ["MV"[k % 2], "VM"[k % 2]] + ["VM"[k % 2]] * len(around)
-    vertices, positions, eighths = mirrored(flat, stowed)
-    mesh = build_mesh(
-        vertices,
-        np.concatenate([eighth[np.array(triangles)] for eighth in eighths]),
-        np.concatenate([eighth[np.array(lines)] for eighth in eighths]),
-        np.tile(letters, 8),
-    )
+    mesh, positions = square_of_eighths(flat, stowed, triangles, lines, letters)
     return Pattern(mesh, positions, mesh.faces.astype(int), np.zeros((0, 3), dtype=int))
 
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..mesh import Mesh, build_mesh
+
 SIGNS = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
 
 
@@ -52,3 +54,27 @@ def ladder(lower: np.ndarray, upper: np.ndarray, first: int, second: int) -> lis
             triangles.append((first + i, second + j + 1, second + j))
             j += 1
     return triangles
+
+
+def square_of_eighths(
+    flat: np.ndarray,
+    stowed: np.ndarray,
+    triangles: list[tuple[int, int, int]],
+    lines: list[tuple[int, int]],
+    letters: list[str],
+) -> tuple[Mesh, np.ndarray]:
+    """Mesh of the whole square, and the (nv, 3) stowed positions of its vertices, m.
+
+    Args:
+        flat, stowed: see `mirrored`.
+        triangles, lines: of the points of the eighth.
+        letters: of each line, M or V.
+    """
+    vertices, positions, eighths = mirrored(flat, stowed)
+    mesh = build_mesh(
+        vertices,
+        np.concatenate([eighth[np.array(triangles)] for eighth in eighths]),
+        np.concatenate([eighth[np.array(lines)] for eighth in eighths]),
+        np.tile(letters, 8),
+    )
+    return mesh, positions
