@@ -27,8 +27,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
+from ..layer_order import layer_orders
+from ..mesh import Mesh
 from ..pattern import Pattern
 from .eighths import ladder, square_of_eighths
+
+NEARLY = 0.02
+"""Opening, rad, at which the order of the layers of the closed pack is looked at."""
 
 
 def cross_fold(
@@ -55,6 +60,15 @@ def cross_fold(
             [0, pi/2].
     """
     _check(side, hub, strips, opening, columns)
+    mesh, stowed = _sail(side, hub, strips, opening, columns)
+    faces, orders = mesh.faces.astype(int), np.zeros((0, 3), dtype=int)
+    if opening == 0.0:
+        orders = layer_orders(mesh, faces, stowed, _sail(side, hub, strips, NEARLY, columns)[1])
+    return Pattern(mesh, stowed, faces, orders)
+
+
+def _sail(side: float, hub: float, strips: int, opening: float, columns: int | None) -> tuple[Mesh, np.ndarray]:
+    """Mesh and the (nv, 3) stowed positions of its vertices, m."""
     rows = _rows(0.5 * side, 0.5 * hub, strips, opening, columns)
     numbers, count = [], 0
     for row in rows:
@@ -69,8 +83,7 @@ def cross_fold(
         around = list(itertools.pairwise(low)) if k > 0 else []
         lines += [(low[i], high[j]), (low[-1], high[-1]), *around]
         letters += ["MV"[k % 2], "VM"[k % 2]] + ["VM"[k % 2]] * len(around)
-    mesh, positions = square_of_eighths(flat, stowed, triangles, lines, letters)
-    return Pattern(mesh, positions, mesh.faces.astype(int), np.zeros((0, 3), dtype=int))
+    return square_of_eighths(flat, stowed, triangles, lines, letters)
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,14 @@
 
 From each corner A_i of a square of side s two pleat lines lead to the edges of the cell, parallel to x or y; the two
 lines of pleat i begin at A_i and A_(i+1) and make the angle alpha with the side between them, so that pleats are
-w = s sin(alpha) wide and every corner has the sectors alpha, pi/2, pi - alpha, pi/2 (flat-foldable: Kawasaki). Neighbouring cells
-are mirror images, whose pleats go on in each other.
+w = s sin(alpha) wide and every corner has the sectors alpha, pi/2, pi - alpha, pi/2 (flat-foldable: Kawasaki).
+Neighbouring cells are mirror images, whose pleats go on in each other.
 
-At a corner whose two sides are both mountain (or valley) the half-angles of the folds obey, with p = tan(pi/4 - alpha/2),
+At a corner whose two sides are both mountain (or valley) the half-angles of the folds obey
 
-    tan(side_i / 2) = tan(side_(i-1) / 2) / p,     and p instead of 1/p where one is mountain and one valley
+    tan(side_i / 2) = tan(side_(i-1) / 2) / p,     p = tan(pi/4 - alpha/2),
+
+with p instead of 1/p where one is mountain and one valley
 
 (Evans, Lang, Magleby and Howell, Rigidly foldable origami twists, Origami 6, 2015). Once around the square this closes
 for the sides M M V V ("rigid"), which fold rigidly with one degree of freedom; for M M M M ("classic") it gives p^-4:
@@ -19,10 +21,19 @@ from typing import Literal
 import numpy as np
 
 from ...errors import InputError
+from ..flat_foldability import check_flat_foldable
 from ..layer_order import layer_orders
 from ..mesh import Mesh, build_mesh
 from ..pattern import Pattern
 from ..rigid_fold import fold_rigidly
+
+LAYERS = [(0, 1 + 2 * i) for i in range(4)] + [(0, 2 + 2 * i) for i in range(4)]
+for _i in range(4):
+    _pleat, _next, _corner, _second = 1 + 2 * _i, 1 + 2 * ((_i + 1) % 4), 2 + 2 * _i, 2 + 2 * ((_i + 2) % 4)
+    LAYERS += [(_corner, _pleat), (_pleat, 2 + 2 * ((_i + 3) % 4)), (_next, _pleat), (_pleat, _second)]
+    LAYERS += [(2 + 2 * ((_i + 1) % 4), _corner)]
+"""Upper and lower face wherever two lie on each other in the classic twist: 0 the square, 1 + 2 i pleat i, 2 + 2 i the
+corner after it. Pleats and corners lie on each other like the flaps of a box, each on the last one."""
 
 SIDES = {"rigid": "MMVV", "classic": "MMMM"}
 """Letters of the sides of the squares."""
@@ -67,11 +78,14 @@ def square_twist(
         opening = 0.0 if assignment == "classic" else 0.3
     letters, half_angles = _folds(angle, SIDES[assignment])
     mesh, folds = _tile(nx, ny, _cell(cell, twist, angle), cell, letters, half_angles)
+    check_flat_foldable(mesh, "pattern.angle", angle)
     faces = mesh.faces.astype(int)
     stowed = _folded(mesh, folds, opening)
     orders = np.zeros((0, 3), dtype=int)
     if opening == 0.0 and assignment == "rigid":
         orders = layer_orders(mesh, faces, stowed, _folded(mesh, folds, NEARLY))
+    elif opening == 0.0:
+        orders = _box_orders(faces.reshape(nx * ny, len(TRIANGLES)))
     return Pattern(mesh, stowed, faces, orders)
 
 
@@ -132,6 +146,15 @@ def _tile(nx, ny, points, cell, letters, half_angles) -> tuple[Mesh, np.ndarray]
     mesh = build_mesh(np.array(vertices), np.array(triangles), np.array(lines), np.array(kinds))
     of = {tuple(sorted(line)): value for line, value in zip(lines, values, strict=True)}
     return mesh, np.array([of.get(tuple(sorted(edge)), 0.0) for edge in mesh.edges.tolist()])
+
+
+def _box_orders(faces: np.ndarray) -> np.ndarray:
+    """(k, 3) face orders of classic twists; faces: (cells, 18) face of each triangle of the cells."""
+    rows = set()
+    for own in faces[:, ::2].tolist():  # of the first triangle of each of the cell's faces
+        for upper, lower in LAYERS:
+            rows.add((own[upper], own[lower], -1 if lower % 2 else 1))  # pleats are turned over
+    return np.array(sorted(rows))
 
 
 def _folded(mesh: Mesh, folds: np.ndarray, opening: float) -> np.ndarray:
