@@ -11,16 +11,22 @@ from .annulus import annulus
 from .cross_fold import cross_fold
 from .disc import disc
 from .leaf_in import leaf_in
+from .leaf_out import leaf_out
 from .miura import miura
 from .sheet import sheet
+from .square_twist import square_twist
+from .z_fold import z_fold
 
 GENERATORS = {
     "annulus": annulus,
     "cross_fold": cross_fold,
     "disc": disc,
     "leaf_in": leaf_in,
+    "leaf_out": leaf_out,
     "miura": miura,
     "sheet": sheet,
+    "square_twist": square_twist,
+    "z_fold": z_fold,
 }
 
 
