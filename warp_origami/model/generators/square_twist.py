@@ -63,8 +63,8 @@ def square_twist(
         nx, ny: cells along x and y.
         cell: side of a cell, m.
         twist: side of the squares that turn, m.
-        angle: between the sides of these squares and their pleats, rad, below pi/2: squares turn by twice the
-            complement when folded flat.
+        angle: between the sides of these squares and their pleats, rad, below pi/2: squares turn by twice as much
+            when folded flat.
         assignment: mountains and valleys of the sides of the squares: "rigid" M M V V, "classic" M M M M.
         opening: angle between the two faces at the most closed creases of the stowed state, rad: pi is flat, 0 folded
             flat. "rigid": any from 0 to pi, 0.3 by default; "classic": 0, which is the default.
