@@ -34,10 +34,10 @@ def describe_pattern(pattern: Pattern) -> list[tuple[str, str]]:
     elif plane.rigid:
         lines.append(("folding path", f"rigid: strain {plane.strain.max():.1g} at most{_crossed(plane)}"))
     else:
-        bent = folding_path(mesh, pattern.stowed, plane=False)
-        line = f"not rigid: strain {plane.strain.max():.2g} at most with plane panels{_crossed(plane)}"
-        if bent.strain.max() < plane.strain.max():
-            line += f", {bent.strain.max():.2g} with panels that bend along element sides{_crossed(bent)}"
+        bent = folding_path(mesh, pattern.stowed, states=41, plane=False)
+        line = f"not rigid: strain {_strains(plane)} with plane panels"
+        if bent.mean_strain.max() < plane.mean_strain.max():
+            line += f"; {_strains(bent)} with panels that bend along sides of elements"
         lines.append(("folding path", line + " (upper bounds)"))
     return lines
 
@@ -53,6 +53,11 @@ def _describe_stowed(pattern: Pattern) -> str:
     if len(pattern.face_orders):
         parts.append(f"order of {len(pattern.face_orders)} pairs of layers")
     return ", ".join(parts)
+
+
+def _strains(path: FoldingPath) -> str:
+    mean, most = (f"{100.0 * strain.max():.2g} %" for strain in (path.mean_strain, path.strain))
+    return f"{mean} (root mean square; {most} at most){_crossed(path)}"
 
 
 def _crossed(path: FoldingPath) -> str:
