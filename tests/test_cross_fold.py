@@ -15,6 +15,7 @@ SAILS = [
     {"hub": 0.0, "strips": 5},
     {"side": 2.0, "hub": 0.6, "strips": 2, "columns": 1},
     {"strips": 4, "opening": 1.2, "columns": 7},
+    {"strips": 3, "hub": 2.0, "slits": 0.6},
 ]
 
 
@@ -37,7 +38,8 @@ def test_stowed_sail_is_free_of_strain_and_does_not_cross(sail):
 def test_flat_sail_is_a_square_with_a_square_opening(sail):
     pattern = cross_fold(**sail)
     side, hub, strips = (sail.get(key, value) for key, value in (("side", 14.0), ("hub", 1.2), ("strips", 10)))
-    assert np.isclose(pattern.mesh.areas.sum(), side**2 - hub**2, rtol=1e-14)
+    slits = 2e-2 if sail.get("slits") else 0.0  # they take less than that of the area away
+    assert 0.0 <= 1.0 - pattern.mesh.areas.sum() / (side**2 - hub**2) + 1e-14 <= slits + 2e-14
     assert pattern.mesh.areas.min() > 0.0
     assert len(np.unique(pattern.mesh.faces)) == strips * (12 if hub else 8)
     assert pattern.mesh.areas.min() > 1e-3 * pattern.mesh.areas.max()
@@ -53,6 +55,23 @@ def test_edge_around_the_hub_stays_where_it_is():
     assert np.abs(pattern.stowed[hub, :2] - mesh.vertices[hub]).max() < 1e-14
     assert np.abs(pattern.stowed[hub, 2]).max() == 0.0
     assert np.abs(pattern.stowed[:, :2]).max(axis=1).min() > 0.6 - 1e-14
+
+
+def test_slits_leave_bridges_at_the_fold_lines():
+    """Their edges do not touch, in either state."""
+    pattern = cross_fold(side=14.0, hub=2.0, strips=3, slits=0.6)
+    mesh = pattern.mesh
+    x, y = np.abs(mesh.vertices).T
+    tips = np.flatnonzero(np.isclose(x, y) & (x > 1.0) & (x < 7.0))
+    width = (7.0 - 1.0) / 3
+    ends = [1.0 + width * (k + 0.5 + side) for k in range(3) for side in (-0.3, 0.3)]
+    assert np.allclose(np.unique(np.round(x[tips], 9)), sorted([*ends, 3.0, 5.0]))
+    middles = np.unique(mesh.edges[mesh.edge_kinds == BOUNDARY])
+    middles = middles[(np.abs(x - y)[middles] < 0.1) & ~np.isclose(x, y)[middles]]
+    assert len(middles) == 4 * 3 * 2
+    for points in (mesh.vertices, pattern.stowed):
+        gaps = np.linalg.norm(points[middles][:, None] - points[middles], axis=2)
+        assert gaps[~np.eye(len(middles), dtype=bool)].min() > 1e-3
 
 
 @pytest.mark.parametrize("opening", [0.02, 0.1, 0.5])
@@ -85,6 +104,7 @@ def test_closed_pack_is_a_cross_of_arms_one_strip_high():
         ({"strips": 1}, "pattern.strips"),
         ({"opening": 2.0}, "pattern.opening"),
         ({"columns": 0}, "pattern.columns"),
+        ({"slits": 1.0}, "pattern.slits"),
     ],
 )
 def test_bad_parameters_are_named(change, key):

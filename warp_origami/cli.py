@@ -268,17 +268,19 @@ def draw(pattern: str, out: Path | None, overrides: tuple[str, ...]) -> None:
     """Draw the crease diagram of PATTERN as SVG: mountains, valleys, boundary, cuts, vertex numbers.
 
     PATTERN is a generator's name (leaf_in, leaf_out, miura, z_fold, cross_fold, square_twist, sheet, ...; its default
-    parameters), the name of a bundled scene, or the path of a .toml scene or a .fold file.
+    parameters), the name of a bundled scene, or the path of a .toml scene or a .fold file. Says how it folds, too.
     """
     from .output.crease_diagram import crease_diagram
     from .output.files import write_text
-    from .scene.patterns import load_pattern
+    from .scene.patterns import describe_pattern, load_pattern
 
     name, read = load_pattern(pattern, overrides)
     path = Path(f"{Path(name).name}.svg") if out is None else out
     _check_file(path, ".svg")
     write_text(path, crease_diagram(read.mesh, name))
     click.echo(f"{path}: {len(read.mesh.vertices)} vertices, {int(read.mesh.faces.max()) + 1} faces")
+    for label, value in describe_pattern(read):
+        click.echo(f"{label:<13}  {value}")
 
 
 @main.command()

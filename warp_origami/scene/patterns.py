@@ -6,10 +6,13 @@ from pathlib import Path
 from warp_origami.errors import InputError
 from warp_origami.model.generators import GENERATORS, build_pattern
 from warp_origami.model.pattern import Pattern
+from warp_origami.model.pattern_report import describe_pattern
 from warp_origami.scenes import bundled_scenes
 
 from .document import Scene
 from .files import apply_override, load_scene
+
+__all__ = ["describe_pattern", "load_pattern"]
 
 EXAMPLES = {
     "miura": {"nx": 4, "ny": 4, "a": 0.1, "b": 0.1, "sector_angle": 1.0, "opening": 0.3},

@@ -137,6 +137,9 @@ class CrossFold(PatternTable):
     columns: Count | None = Field(
         default=None, description="an integer >= 1: element sides along half a side [elements as long as strips]"
     )
+    slits: Annotated[NotNegative, Field(lt=1.0)] = Field(
+        default=0.0, description="a number >= 0 and < 1: share of the diagonals that is open, between bridges"
+    )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
 

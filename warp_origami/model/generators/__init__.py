@@ -3,8 +3,12 @@
 from inspect import signature
 from pathlib import Path
 
+import numpy as np
+
 from ...errors import InputError
+from ..flat_foldability import check_flat_foldable, flat_folded_vertices
 from ..fold import read_fold
+from ..mesh import CREASE
 from ..pattern import Pattern
 from ..refine import refine_pattern
 from .annulus import annulus
@@ -54,4 +58,7 @@ def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refi
         signature(GENERATORS[kind]).bind(**parameters)
     except TypeError as error:
         raise InputError("pattern", str(error), f"the parameters of {kind}") from None
-    return refine_pattern(GENERATORS[kind](**parameters), refine)
+    pattern = GENERATORS[kind](**parameters)
+    if pattern.stowed is not None and np.any(pattern.mesh.edge_kinds == CREASE):
+        check_flat_foldable(pattern.mesh, "pattern", kind, flat_folded_vertices(pattern.mesh, pattern.stowed))
+    return refine_pattern(pattern, refine)

@@ -32,6 +32,9 @@ from ..mesh import Mesh
 from ..pattern import Pattern
 from .eighths import ladder, square_of_eighths
 
+SLIT = 0.02
+"""How far the edges of slits lie inside their panels, over its width: they must not touch each other."""
+
 NEARLY = 0.02
 """Opening, rad, at which the order of the layers of the closed pack is looked at."""
 
@@ -42,6 +45,7 @@ def cross_fold(
     strips: int = 10,
     opening: float = 0.1,
     columns: int | None = None,
+    slits: float = 0.0,
 ) -> Pattern:
     """Square sail centred at the origin, sides along x and y; its corners carry the tip masses.
 
@@ -54,20 +58,22 @@ def cross_fold(
             the fold lines of the flat sail are inclined to its sides by about opening / 2.8.
         columns: element sides along half a side of the sail; by default as many as make elements about as long as the
             strips are wide.
+        slits: share of the diagonals that is open, in the middle of each strip: bridges across the fold lines join the
+            petals. 0: joined all along.
 
     Raises:
         InputError: a length that is not positive, a hub as wide as the sail, fewer than two strips, an opening outside
-            [0, pi/2].
+            [0, pi/2], slits outside [0, 1).
     """
-    _check(side, hub, strips, opening, columns)
-    mesh, stowed = _sail(side, hub, strips, opening, columns)
+    _check(side, hub, strips, opening, columns, slits)
+    mesh, stowed = _sail(side, hub, strips, opening, columns, slits)
     faces, orders = mesh.faces.astype(int), np.zeros((0, 3), dtype=int)
     if opening == 0.0:
-        orders = layer_orders(mesh, faces, stowed, _sail(side, hub, strips, NEARLY, columns)[1])
+        orders = layer_orders(mesh, faces, stowed, _sail(side, hub, strips, NEARLY, columns, slits)[1])
     return Pattern(mesh, stowed, faces, orders)
 
 
-def _sail(side: float, hub: float, strips: int, opening: float, columns: int | None) -> tuple[Mesh, np.ndarray]:
+def _sail(side, hub, strips, opening, columns, slits) -> tuple[Mesh, np.ndarray]:
     """Mesh and the (nv, 3) stowed positions of its vertices, m."""
     rows = _rows(0.5 * side, 0.5 * hub, strips, opening, columns)
     numbers, count = [], 0
@@ -81,9 +87,35 @@ def _sail(side: float, hub: float, strips: int, opening: float, columns: int | N
         for one, two in ((low[: i + 1], high[: j + 1]), (low[i:], high[j:])):
             triangles += ladder(flat[one], flat[two], int(one[0]), int(two[0]))
         around = list(itertools.pairwise(low)) if k > 0 else []
-        lines += [(low[i], high[j]), (low[-1], high[-1]), *around]
-        letters += ["MV"[k % 2], "VM"[k % 2]] + ["VM"[k % 2]] * len(around)
+        lines += [(low[i], high[j]), *around]
+        letters += ["MV"[k % 2]] + ["VM"[k % 2]] * len(around)
+        diagonal = [int(low[-1]), int(high[-1])]
+        if slits > 0.0:
+            diagonal[1:1] = list(range(len(flat), len(flat) + 3))
+            triangles, apex = _divided(triangles, diagonal)
+            flat, stowed = (np.concatenate([x, _slit(x[low[-1]], x[high[-1]], x[apex], slits)]) for x in (flat, stowed))
+            flat[[-3, -1], 1] = flat[[-3, -1], 0]  # on the diagonal to the last bit
+        bridges = list(itertools.pairwise(diagonal))
+        bridges = bridges if slits == 0.0 else [bridges[0], bridges[-1]]
+        lines += bridges
+        letters += ["VM"[k % 2]] * len(bridges)
     return square_of_eighths(flat, stowed, triangles, lines, letters)
+
+
+def _divided(triangles: list[tuple[int, int, int]], points: list[int]) -> tuple[list[tuple[int, int, int]], int]:
+    """Triangles of which the one with the ends of `points` as a side gets the points between as vertices, and its third
+    corner."""
+    ends = {points[0], points[-1]}
+    (whole,) = [t for t in triangles if ends < set(t)]
+    apex = (set(whole) - ends).pop()
+    return [t for t in triangles if t != whole] + [(a, b, apex) for a, b in itertools.pairwise(points)], apex
+
+
+def _slit(a: np.ndarray, b: np.ndarray, apex: np.ndarray, share: float) -> np.ndarray:
+    """(3, d) ends of a slit on the side a-b of a panel, and its middle, a little inside the panel."""
+    middle = 0.5 * (a + b)
+    half = 0.5 * share * (b - a)
+    return np.array([middle - half, middle + SLIT * (apex - middle), middle + half])
 
 
 @dataclass(frozen=True)
@@ -138,7 +170,7 @@ def _rows(half: float, b: float, strips: int, opening: float, columns: int | Non
     return rows
 
 
-def _check(side, hub, strips, opening, columns) -> None:
+def _check(side, hub, strips, opening, columns, slits) -> None:
     if not (np.isfinite(side) and side > 0):
         raise InputError("pattern.side", side, "a length above 0 (m)")
     if not 0 <= hub < side:
@@ -149,3 +181,5 @@ def _check(side, hub, strips, opening, columns) -> None:
         raise InputError("pattern.opening", opening, "an angle from 0 to pi/2 (rad)")
     if columns is not None and columns < 1:
         raise InputError("pattern.columns", columns, "at least 1")
+    if not 0 <= slits < 1:
+        raise InputError("pattern.slits", slits, "a share from 0 to below 1")
