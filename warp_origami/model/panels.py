@@ -172,7 +172,11 @@ class Panels:
         residual, (missing, normal) = self._residual(points), constraint(points)
         merit, slope, idle = residual @ residual + missing**2, self._slope(points), 0
         for _ in range(ITERATIONS):
-            factors = splu((slope.T @ slope + damping * identity(points.size)).tocsc())
+            try:
+                factors = splu((slope.T @ slope + damping * identity(points.size)).tocsc())
+            except RuntimeError:  # singular
+                damping *= 10.0
+                continue
             free, push = factors.solve(-(slope.T @ residual)), factors.solve(normal)
             step = (free + (missing - normal @ free) / (normal @ push) * push).reshape(-1, 3)
             trial = restored(points + step)

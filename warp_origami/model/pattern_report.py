@@ -8,7 +8,7 @@ from .folding_path import FoldingPath, folding_path
 from .mesh import CREASE
 from .pattern import Pattern
 
-LARGEST = 250
+LARGEST = 150
 """Vertices of the largest pattern whose folding path is looked for here: it takes seconds."""
 
 
