@@ -100,7 +100,7 @@ def test_scenes_and_files_are_drawn(command, tmp_path):
         (("draw", "no.toml"), "scene: got 'no.toml'"),
         (("draw", "leaf_out", "--out", "x.png"), "--out: got 'x.png', wants a file name that ends in .svg"),
         (("draw", "leaf_out", "--out", "no/x.svg"), "--out: got 'no/x.svg', wants a file in a folder that exists"),
-        (("draw", "leaf_out", "--set", "strips=0"), "pattern.strips: got 0, wants an integer >= 1"),
+        (("draw", "leaf_out", "--set", "strips=0"), "pattern.strips: got 0, wants an integer from 1 to 200"),
         (("draw", "leaf_out", "--set", "rings=2"), "pattern.rings: got an unknown key"),
         (("fold", "leaf_out", "--out", "x.json"), "--out: got 'x.json', wants a file name that ends in .fold"),
         (("fold", "."), "SOURCE: got the folder '.' without scene.toml, wants the folder of a run"),

@@ -27,6 +27,10 @@ class Stretch(Table):
 
 GridLines = Annotated[tuple[Count, ...], AsTuple]
 Initial = Literal["flat", "stowed"] | Stretch
+MOST = 200
+"""Strips, columns and cells of one pattern: beyond, its elements are counted in hundred thousands."""
+
+Several = Annotated[Count, Field(le=MOST)]
 Opening = Annotated[NotNegative, Field(le=math.pi)]
 Grading = Annotated[Positive, Field(ge=GRADINGS[0], le=GRADINGS[1])]
 
@@ -130,12 +134,14 @@ class CrossFold(PatternTable):
     kind: Literal["cross_fold"] = Field(description='"cross_fold"')
     side: Positive = Field(default=14.0, description="a number > 0: side of the square, m")
     hub: NotNegative = Field(default=1.2, description="a number >= 0 and < side: side of the opening for the hub, m")
-    strips: Annotated[Count, Field(ge=2)] = Field(default=10, description="an integer >= 2: strips of each petal")
+    strips: Annotated[Count, Field(ge=2, le=MOST)] = Field(
+        default=10, description=f"an integer from 2 to {MOST}: strips of each petal"
+    )
     opening: Annotated[NotNegative, Field(le=0.5 * math.pi)] = Field(
         default=0.1, description="a number from 0 to pi/2, rad: angle between neighbouring strips when stowed"
     )
-    columns: Count | None = Field(
-        default=None, description="an integer >= 1: element sides along half a side [elements as long as strips]"
+    columns: Several | None = Field(
+        default=None, description=f"an integer from 1 to {MOST}: element sides along half a side [as long as strips]"
     )
     slits: Annotated[NotNegative, Field(lt=1.0)] = Field(
         default=0.0, description="a number >= 0 and < 1: share of the diagonals that is open, between bridges"
@@ -155,11 +161,11 @@ class LeafOut(PatternTable):
 
     kind: Literal["leaf_out"] = Field(description='"leaf_out"')
     side: Positive = Field(default=0.6, description="a number > 0: side of the square, m")
-    strips: Count = Field(default=3, description="an integer >= 1: strips of each half of a side")
+    strips: Several = Field(default=3, description=f"an integer from 1 to {MOST}: strips of each half of a side")
     opening: Opening = Field(
         default=0.2, description="a number from 0 to pi, rad: angle between neighbouring strips when stowed"
     )
-    columns: Count = Field(default=1, description="an integer >= 1: elements along the longest vein")
+    columns: Several = Field(default=1, description=f"an integer from 1 to {MOST}: elements along the longest vein")
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
 
@@ -170,9 +176,12 @@ class ZFold(PatternTable):
     kind: Literal["z_fold"] = Field(description='"z_fold"')
     length: Positive = Field(default=1.0, description="a number > 0: extent along x, across the fold lines, m")
     width: Positive = Field(default=0.2, description="a number > 0: extent along y, along the fold lines, m")
-    strips: Annotated[Count, Field(ge=2)] = Field(default=8, description="an integer >= 2: strips of equal width")
-    columns: Count | None = Field(
-        default=None, description="an integer >= 1: elements along a fold line [as long as strips are wide]"
+    strips: Annotated[Count, Field(ge=2, le=MOST)] = Field(
+        default=8, description=f"an integer from 2 to {MOST}: strips of equal width"
+    )
+    columns: Several | None = Field(
+        default=None,
+        description=f"an integer from 1 to {MOST}: elements along a fold line [as long as strips are wide]",
     )
     opening: Opening = Field(
         default=0.1, description="a number from 0 to pi, rad: angle between neighbouring strips when stowed"
@@ -185,8 +194,8 @@ class SquareTwist(PatternTable):
     """Squares that turn while the pleats between them close."""
 
     kind: Literal["square_twist"] = Field(description='"square_twist"')
-    nx: Count = Field(default=1, description="an integer >= 1: twists along x")
-    ny: Count = Field(default=1, description="an integer >= 1: twists along y")
+    nx: Several = Field(default=1, description=f"an integer from 1 to {MOST}: twists along x")
+    ny: Several = Field(default=1, description=f"an integer from 1 to {MOST}: twists along y")
     cell: Positive = Field(default=0.3, description="a number > 0: side of the cell of a twist, m")
     twist: Positive = Field(default=0.1, description="a number > 0: side of the squares that turn, m")
     angle: Annotated[Positive, Field(lt=0.5 * math.pi)] = Field(
