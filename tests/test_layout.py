@@ -24,7 +24,7 @@ ARROWS = {
     "scene": {"scene", "scenes", "model", "errors"},
     "terms": {"terms", "kernels", "model", "errors"},
     "system": {"terms", "scene", "model", "errors", "clock"},
-    "description": {"system", "scene", "clock"},
+    "description": {"system", "scene", "model", "clock"},
     "solve": {"solve", "system", "terms", "scene", "model", "errors", "clock"},
     # files and progress observe a run: they know its records and nothing else of solve
     "output": {"output", "solve.records", "scene", "model", "errors", "clock", "machine"},

@@ -116,7 +116,7 @@ def test_scene_starts_without_strain():
         ({"b": math.nan}, "pattern.b"),
         ({"sector_angle": 1.6}, "pattern.sector_angle"),
         ({"opening": 3.2}, "pattern.opening"),
-        ({"opening": 0.0}, "pattern.opening"),
+        ({"opening": -0.1}, "pattern.opening"),
     ],
 )
 def test_bad_parameters_are_named(change, key):

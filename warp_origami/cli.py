@@ -32,6 +32,16 @@ set_option = click.option(
 )
 
 
+pattern_option = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change one parameter of the pattern, in SI units: strips=5, opening=0.1 (rad); of a scene pattern.strips=5. "
+    "May be given several times.",
+)
+
+
 class Commands(click.Group):
     """Turns wrong input and interruption into messages and exit codes."""
 
@@ -272,6 +282,63 @@ def _write_pareto(folder: Path, findings) -> None:
     click.echo("\n".join(lines(findings)))
 
 
+@main.command()
+@click.argument("pattern")
+@click.option("--out", type=click.Path(path_type=Path), metavar="FILE.svg", help="The drawing [<pattern>.svg].")
+@pattern_option
+def draw(pattern: str, out: Path | None, overrides: tuple[str, ...]) -> None:
+    """Draw the crease diagram of PATTERN as SVG: mountains, valleys, boundary, cuts, vertex numbers.
+
+    PATTERN is a generator's name (leaf_in, leaf_out, miura, z_fold, cross_fold, square_twist, sheet, ...; its default
+    parameters), the name of a bundled scene, or the path of a .toml scene or a .fold file. Says how it folds, too.
+    """
+    from .output.crease_diagram import crease_diagram
+    from .output.files import write_text
+    from .scene.patterns import describe_pattern, load_pattern
+
+    name, read = load_pattern(pattern, overrides)
+    path = Path(f"{Path(name).name}.svg") if out is None else out
+    _check_file(path, ".svg")
+    write_text(path, crease_diagram(read.mesh, name))
+    click.echo(f"{path}: {len(read.mesh.vertices)} vertices, {int(read.mesh.faces.max()) + 1} faces")
+    for label, value in describe_pattern(read):
+        click.echo(f"{label:<13}  {value}")
+
+
+@main.command()
+@click.argument("source")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="FILE.fold",
+    help="The file [<pattern>.fold; animation.fold in the folder of a run].",
+)
+@pattern_option
+def fold(source: str, out: Path | None, overrides: tuple[str, ...]) -> None:
+    """Write SOURCE as a FOLD 1.2 file: crease pattern, stowed state, layer order; of a run all its frames.
+
+    SOURCE is a pattern, as for draw, or the folder of a run: finished, stopped or killed.
+    """
+    from .output.fold_run import write_pattern, write_run
+    from .scene.patterns import load_pattern
+
+    folder = Path(source)
+    if folder.is_dir():
+        if overrides:
+            raise InputError("--set", " ".join(overrides), "nothing to change in a run")
+        path = folder / "animation.fold" if out is None else out
+        _check_file(path, ".fold")
+        frames = write_run(path, folder)
+    else:
+        name, read = load_pattern(source, overrides)
+        path = Path(f"{Path(name).name}.fold") if out is None else out
+        _check_file(path, ".fold")
+        if path.exists() and folder.exists() and path.samefile(folder):
+            raise InputError("--out", repr(str(path)), "another file than the one that is read")
+        frames = write_pattern(path, read, name)
+    click.echo(f"{path}: {frames} frames" if frames > 1 else f"{path}: 1 frame")
+
+
 def _process_start() -> float:
     """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
     return time.perf_counter() - (time.time() - psutil.Process().create_time())
@@ -307,6 +374,16 @@ def _check_folder(folder: Path) -> None:
         raise InputError("--out", f"{str(existing)!r}, which is a file", "the path of a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError("--out", f"{str(existing)!r}, which cannot be written to", "a folder that can be written to")
+
+
+def _check_file(path: Path, suffix: str) -> None:
+    """Refuses the name of a file that cannot be written, before anything is computed."""
+    if path.suffix != suffix:
+        raise InputError("--out", repr(str(path)), f"a file name that ends in {suffix}")
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise InputError("--out", repr(str(path)), "a file in a folder that exists")
+    if not os.access(path.absolute().parent, os.W_OK | os.X_OK):
+        raise InputError("--out", repr(str(path)), "a folder that can be written to")
 
 
 def _quiet_warp() -> None:

@@ -3,6 +3,8 @@
 import numpy as np
 
 from .clock import PhaseClock
+from .model.generators import build_pattern
+from .model.pattern_report import describe_pattern
 from .scene import Scene
 from .scene.settings import Contact as ContactTable
 from .system import System
@@ -13,6 +15,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     system = System(scene, "cpu", PhaseClock())
     constraints = system.constraints
     folds = int(np.sum(constraints.sources < 0))
+    pattern = build_pattern(scene.pattern.kind, scene.pattern.parameters() | {"refine": 1}, scene.directory)
     lines = [
         ("scene", scene.name),
         ("analysis", _describe_analysis(scene)),
@@ -27,6 +30,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("terms", ", ".join(system.terms)),
         ("kernel modules", ", ".join(system.kernel_modules)),
     ]
+    lines[2:2] = describe_pattern(pattern)
     if system.contact is not None:
         lines += _describe_stiffness(scene.contact, system.contact_settings)
         lines += system.contact.summary().lines()

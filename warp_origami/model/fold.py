@@ -9,6 +9,7 @@ from ..errors import InputError
 from .connectivity import ConnectivityError
 from .fold_angles import fold_angles
 from .fold_file import (
+    STATE_CLASS,
     Entry,
     Frame,
     assignments_of,
@@ -92,7 +93,7 @@ def _choose_frames(path: Path, frames: list[Frame]) -> tuple[Frame, Frame | None
     if not candidates:
         raise InputError(f"{path}: vertices_coords", "no frame with a flat pattern", "a frame of class creasePattern")
     flat = (named or candidates)[0]
-    folded = [f for f in frames if f.is_a("foldedForm")]
+    folded = [f for f in frames if f.is_a("foldedForm") and not f.is_a(STATE_CLASS)]
     return flat, folded[0] if folded else None
 
 

@@ -25,6 +25,8 @@ METRES = {
     "pt": 0.0254 / 72.0,
 }
 ASSIGNMENTS = "BMVFUCJ"
+STATE_CLASS = "warp_origami:state"
+"""Class of the folded forms that are states of a run: none of them is the stowed state."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def opened(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowe
     """
     if not len(face_orders):
         return stowed
-    folded = _FoldedFaces(mesh, stowed)
+    folded = FoldedFaces(mesh, stowed)
     orders = _orders(mesh, pattern_faces, face_orders)
     overlaps = []
     for f, g in folded.coincident_pairs():
@@ -98,7 +98,7 @@ def _orders(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray) -> d
     return sides
 
 
-class _FoldedFaces:
+class FoldedFaces:
     """The faces in the stowed state, those that are plane.
 
     Attributes:

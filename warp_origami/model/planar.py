@@ -42,7 +42,7 @@ def find_collision(points: np.ndarray, triangles: np.ndarray, tolerance: float) 
     for i, j in _near_pairs(corners, tolerance):
         shared = (triangles[i][:, :, None] == triangles[j][:, None, :]).sum(axis=(1, 2))
         i, j = i[shared < 2], j[shared < 2]
-        depth = -np.maximum(_separation(corners[i], corners[j]), _separation(corners[j], corners[i]))
+        depth = -np.maximum(separation(corners[i], corners[j]), separation(corners[j], corners[i]))
         if (depth > tolerance).any():
             k = int(np.argmax(depth > tolerance))
             return Collision((int(i[k]), int(j[k])), None)
@@ -92,7 +92,7 @@ def _near_pairs(corners: np.ndarray, margin: float) -> Iterator[tuple[np.ndarray
         done = until
 
 
-def _separation(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+def separation(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """(n,) largest distance at which a side of triangle `one` (n, 3, 2) leaves all of triangle `two` outside."""
     sides = np.roll(one, -1, axis=1) - one
     outward = np.stack([sides[..., 1], -sides[..., 0]], axis=2) / np.linalg.norm(sides, axis=2, keepdims=True)

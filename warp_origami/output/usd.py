@@ -246,3 +246,21 @@ def _opened(path: Path, last: float) -> Sdf.Layer:
                 if code > last:
                     layer.EraseTimeSample(attribute.path, code)
     return layer
+
+
+def read_nodes(path: Path) -> list[tuple[float, np.ndarray]]:
+    """Time (s) and positions (nv, 3) float32, m, of the element corners in each frame of an animation.
+
+    Raises:
+        InputError: it cannot be read or is none of ours.
+    """
+    try:
+        stage = Usd.Stage.Open(str(path))
+    except Tf.ErrorException:
+        stage = None
+    nodes = UsdGeom.Points.Get(stage, "/World/nodes") if stage is not None else None
+    if not nodes:
+        raise InputError(str(path), "no animation with nodes", "the animation that this program wrote")
+    rate = stage.GetTimeCodesPerSecond()
+    points = nodes.GetPointsAttr()
+    return [(code / rate, np.array(points.Get(code), dtype=np.float32)) for code in points.GetTimeSamples()]

@@ -31,7 +31,7 @@ def load_scene(name_or_path: str | Path, overrides: Iterable[str] = ()) -> Scene
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(str(path), f"invalid TOML: {error}", "a TOML file in UTF-8") from None
     for override in overrides:
-        _apply(values, override)
+        apply_override(values, override)
     _resolve_pattern_file(values, path.parent)
     return Scene(**values)
 
@@ -54,7 +54,7 @@ def _resolve_pattern_file(values: dict[str, Any], folder: Path) -> None:
         pattern["file"] = str(folder.absolute() / pattern["file"])
 
 
-def _apply(values: dict[str, Any], override: str) -> None:
+def apply_override(values: dict[str, Any], override: str) -> None:
     """Sets one value in the tables as read; what it leads to is validated with everything else."""
     path, equals, text = override.partition("=")
     parts = path.strip().split(".")

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from warp_origami.model.fold import read_fold
 from warp_origami.model.generators.annulus import default_segments
 from warp_origami.model.generators.disc import SEGMENTS_PER_RING
-from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAULT_INSET
+from warp_origami.model.generators.leaf_in import default_corner, default_inset
 from warp_origami.model.ring_mesh import GRADINGS
 
 from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
@@ -27,6 +27,11 @@ class Stretch(Table):
 
 GridLines = Annotated[tuple[Count, ...], AsTuple]
 Initial = Literal["flat", "stowed"] | Stretch
+MOST = 200
+"""Strips, columns and cells of one pattern: beyond, its elements are counted in hundred thousands."""
+
+Several = Annotated[Count, Field(le=MOST)]
+Opening = Annotated[NotNegative, Field(le=math.pi)]
 Grading = Annotated[Positive, Field(ge=GRADINGS[0], le=GRADINGS[1])]
 
 
@@ -57,15 +62,22 @@ class LeafIn(PatternTable):
     corner_distance: Positive | None = Field(
         default=None, description="a number > 0, m: distance of the stowed corners from the axis"
     )
+    rings: Annotated[Count, Field(ge=2, le=50)] = Field(default=3, description="an integer from 2 to 50: rings")
+    widths: Annotated[tuple[Positive, ...], AsTuple] | None = Field(
+        default=None, description="a list of numbers > 0: widths of the rings from the centre over each other [equal]"
+    )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
 
     @model_validator(mode="after")
     def _complete(self):
+        if self.widths is not None and len(self.widths) != self.rings:
+            raise fault("widths", f"{len(self.widths)} numbers", f"{self.rings}, one for each of the rings")
         if self.inset is None:
-            object.__setattr__(self, "inset", DEFAULT_INSET * self.side)
+            object.__setattr__(self, "inset", default_inset(self.rings, self.widths) * self.side)
         if self.corner_distance is None:
-            object.__setattr__(self, "corner_distance", DEFAULT_CORNER_DISTANCE * self.side)
+            corner = default_corner(self.rings, self.widths, self.inset / self.side)
+            object.__setattr__(self, "corner_distance", corner * self.side)
         return self
 
 
@@ -104,8 +116,8 @@ class Miura(PatternTable):
     sector_angle: Annotated[Positive, Field(lt=0.5 * math.pi)] = Field(
         description="a number > 0 and < pi/2: acute angle of the parallelograms, rad"
     )
-    opening: Annotated[Positive, Field(le=math.pi)] | None = Field(
-        default=None, description="a number > 0 and <= pi, rad: angle between panels at a zigzag when stowed"
+    opening: Opening | None = Field(
+        default=None, description="a number from 0 to pi, rad: angle between panels at a zigzag when stowed"
     )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial | None = Field(default=None, description=INITIAL_WANTS)
@@ -113,6 +125,99 @@ class Miura(PatternTable):
     @model_validator(mode="after")
     def _complete(self):
         _complete_initial(self)
+        return self
+
+
+class CrossFold(PatternTable):
+    """A square sail of four petals folded into strips: stowed, a cross of four arms around a hub."""
+
+    kind: Literal["cross_fold"] = Field(description='"cross_fold"')
+    side: Positive = Field(default=14.0, description="a number > 0: side of the square, m")
+    hub: NotNegative = Field(default=1.2, description="a number >= 0 and < side: side of the opening for the hub, m")
+    strips: Annotated[Count, Field(ge=2, le=MOST)] = Field(
+        default=10, description=f"an integer from 2 to {MOST}: strips of each petal"
+    )
+    opening: Annotated[NotNegative, Field(le=0.5 * math.pi)] = Field(
+        default=0.1, description="a number from 0 to pi/2, rad: angle between neighbouring strips when stowed"
+    )
+    columns: Several | None = Field(
+        default=None, description=f"an integer from 1 to {MOST}: element sides along half a side [as long as strips]"
+    )
+    slits: Annotated[NotNegative, Field(lt=1.0)] = Field(
+        default=0.0, description="a number >= 0 and < 1: share of the diagonals that is open, between bridges"
+    )
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if not self.hub < self.side:
+            raise fault("hub", self.hub, f"less than side, which is {self.side} (m)")
+        return self
+
+
+class LeafOut(PatternTable):
+    """The leaf-out square: four leaves whose veins lead outwards from the diagonals."""
+
+    kind: Literal["leaf_out"] = Field(description='"leaf_out"')
+    side: Positive = Field(default=0.6, description="a number > 0: side of the square, m")
+    strips: Several = Field(default=3, description=f"an integer from 1 to {MOST}: strips of each half of a side")
+    opening: Opening = Field(
+        default=0.2, description="a number from 0 to pi, rad: angle between neighbouring strips when stowed"
+    )
+    columns: Several = Field(default=1, description=f"an integer from 1 to {MOST}: elements along the longest vein")
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+
+class ZFold(PatternTable):
+    """A rectangle folded like an accordion."""
+
+    kind: Literal["z_fold"] = Field(description='"z_fold"')
+    length: Positive = Field(default=1.0, description="a number > 0: extent along x, across the fold lines, m")
+    width: Positive = Field(default=0.2, description="a number > 0: extent along y, along the fold lines, m")
+    strips: Annotated[Count, Field(ge=2, le=MOST)] = Field(
+        default=8, description=f"an integer from 2 to {MOST}: strips of equal width"
+    )
+    columns: Several | None = Field(
+        default=None,
+        description=f"an integer from 1 to {MOST}: elements along a fold line [as long as strips are wide]",
+    )
+    opening: Opening = Field(
+        default=0.1, description="a number from 0 to pi, rad: angle between neighbouring strips when stowed"
+    )
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+
+class SquareTwist(PatternTable):
+    """Squares that turn while the pleats between them close."""
+
+    kind: Literal["square_twist"] = Field(description='"square_twist"')
+    nx: Several = Field(default=1, description=f"an integer from 1 to {MOST}: twists along x")
+    ny: Several = Field(default=1, description=f"an integer from 1 to {MOST}: twists along y")
+    cell: Positive = Field(default=0.3, description="a number > 0: side of the cell of a twist, m")
+    twist: Positive = Field(default=0.1, description="a number > 0: side of the squares that turn, m")
+    angle: Annotated[Positive, Field(lt=0.5 * math.pi)] = Field(
+        default=0.25 * math.pi, description="a number > 0 and < pi/2: angle between the squares and their pleats, rad"
+    )
+    assignment: Literal["rigid", "classic"] = Field(
+        default="rigid", description='"rigid" (sides of the squares M M V V) or "classic" (M M M M)'
+    )
+    opening: Opening | None = Field(
+        default=None,
+        description="a number from 0 to pi, rad: angle between faces at the most closed creases when stowed "
+        '["rigid" 0.3; "classic" 0, nothing else]',
+    )
+    refine: Count = Field(default=1, description=REFINE_WANTS)
+    initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.opening is None:
+            object.__setattr__(self, "opening", 0.3 if self.assignment == "rigid" else 0.0)
+        if self.assignment == "classic" and self.opening != 0.0:
+            raise fault("opening", self.opening, '0 for "classic", which does not fold rigidly')
         return self
 
 
@@ -183,7 +288,10 @@ class Fold(PatternTable):
         return self
 
 
-Pattern = Annotated[LeafIn | Sheet | Miura | Disc | Annulus | Fold, Field(discriminator="kind")]
+Pattern = Annotated[
+    LeafIn | LeafOut | Sheet | Miura | ZFold | CrossFold | SquareTwist | Disc | Annulus | Fold,
+    Field(discriminator="kind"),
+]
 
 
 class Material(Table):

@@ -3,17 +3,35 @@
 from inspect import signature
 from pathlib import Path
 
+import numpy as np
+
 from ...errors import InputError
+from ..flat_foldability import check_flat_foldable, flat_folded_vertices
 from ..fold import read_fold
+from ..mesh import CREASE
 from ..pattern import Pattern
 from ..refine import refine_pattern
 from .annulus import annulus
+from .cross_fold import cross_fold
 from .disc import disc
 from .leaf_in import leaf_in
+from .leaf_out import leaf_out
 from .miura import miura
 from .sheet import sheet
+from .square_twist import square_twist
+from .z_fold import z_fold
 
-GENERATORS = {"annulus": annulus, "disc": disc, "leaf_in": leaf_in, "miura": miura, "sheet": sheet}
+GENERATORS = {
+    "annulus": annulus,
+    "cross_fold": cross_fold,
+    "disc": disc,
+    "leaf_in": leaf_in,
+    "leaf_out": leaf_out,
+    "miura": miura,
+    "sheet": sheet,
+    "square_twist": square_twist,
+    "z_fold": z_fold,
+}
 
 
 def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refine: int = 1) -> Pattern:
@@ -40,4 +58,7 @@ def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refi
         signature(GENERATORS[kind]).bind(**parameters)
     except TypeError as error:
         raise InputError("pattern", str(error), f"the parameters of {kind}") from None
-    return refine_pattern(GENERATORS[kind](**parameters), refine)
+    pattern = GENERATORS[kind](**parameters)
+    if pattern.stowed is not None and np.any(pattern.mesh.edge_kinds == CREASE):
+        check_flat_foldable(pattern.mesh, "pattern", kind, flat_folded_vertices(pattern.mesh, pattern.stowed))
+    return refine_pattern(pattern, refine)

@@ -11,8 +11,13 @@ with the sides a, b of the parallelograms and the sector angle g between them; t
 import numpy as np
 
 from ...errors import InputError
+from ..flat_foldability import check_flat_foldable
+from ..layer_order import layer_orders
 from ..mesh import build_mesh
 from ..pattern import Pattern
+
+NEARLY = 0.02
+"""Opening, rad, at which the order of the layers of the folded sheet is looked at."""
 
 
 def miura(nx: int, ny: int, a: float, b: float, sector_angle: float, opening: float | None = None) -> Pattern:
@@ -27,11 +32,11 @@ def miura(nx: int, ny: int, a: float, b: float, sector_angle: float, opening: fl
         b: side of the zigzags, m.
         sector_angle: acute angle of the parallelograms, rad.
         opening: angle between the two panels at a zigzag crease of the stowed state, pi - 2 theta, rad: pi is flat, 0
-            folded onto each other. None: no stowed state.
+            folded onto each other, with the order of the layers. None: no stowed state.
 
     Raises:
         InputError: a number of cells or a side that is not positive, a sector angle outside (0, pi/2), an opening
-            outside (0, pi].
+            outside [0, pi].
     """
     _check(nx, ny, a, b, sector_angle, opening)
     number = np.arange((nx + 1) * (ny + 1)).reshape(ny + 1, nx + 1)
@@ -39,7 +44,12 @@ def miura(nx: int, ny: int, a: float, b: float, sector_angle: float, opening: fl
     lines, letters = _creases(number)
     mesh = build_mesh(flat[:, :2], _triangles(number), lines, letters)
     stowed = None if opening is None else _place(nx, ny, a, b, sector_angle, 0.5 * (np.pi - opening))
-    return Pattern(mesh, stowed, np.repeat(np.arange(nx * ny), 2), np.zeros((0, 3), dtype=int))
+    check_flat_foldable(mesh, "pattern.sector_angle", sector_angle)
+    faces, orders = np.repeat(np.arange(nx * ny), 2), np.zeros((0, 3), dtype=int)
+    if opening == 0.0:
+        nearly = _place(nx, ny, a, b, sector_angle, 0.5 * (np.pi - NEARLY))
+        orders = layer_orders(mesh, faces, stowed, nearly)
+    return Pattern(mesh, stowed, faces, orders)
 
 
 def _place(nx: int, ny: int, a: float, b: float, sector_angle: float, theta: float) -> np.ndarray:
@@ -80,5 +90,5 @@ def _check(nx, ny, a, b, sector_angle, opening) -> None:
             raise InputError(f"pattern.{key}", value, "a length above 0 (m)")
     if not 0 < sector_angle < 0.5 * np.pi:
         raise InputError("pattern.sector_angle", sector_angle, "an angle above 0 and below pi/2 (rad)")
-    if opening is not None and not 0 < opening <= np.pi:
-        raise InputError("pattern.opening", opening, "an angle above 0 and at most pi (rad)")
+    if opening is not None and not 0 <= opening <= np.pi:
+        raise InputError("pattern.opening", opening, "an angle from 0 to pi (rad)")
