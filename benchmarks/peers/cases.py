@@ -94,7 +94,7 @@ CASES = [
     *(_own("swinging", n, 1, _own_steps(4e-5, 0.8) | _creases(n), ", creases") for n in (12, 58)),
     *(
         _own("swinging", n, 1, _fixed(step, 0.9) | LINEAR, ", linear", quick=n == 36)
-        for n, step in ((12, 1e-3), (36, 1e-3), (48, 6e-4), (104, 2.5e-4), (144, 2e-4))
+        for n, step in ((12, 1e-3), (36, 1e-3), (48, 6e-4), (104, 3e-4), (144, 2e-4))
     ),
     *(_mujoco("sagging", n, n, s, quick=n == 10) for n, s in ((10, 20e-6), (22, 10e-6), (44, 5e-6))),
     _mujoco("sagging", 22, 22, 1e-3, "discrete"),
