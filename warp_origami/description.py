@@ -1,7 +1,5 @@
 """What a scene models, in words, without running it."""
 
-import numpy as np
-
 from .clock import PhaseClock
 from .scene import Scene
 from .scene.settings import Contact as ContactTable
@@ -12,7 +10,8 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     """What `check` prints: sizes and what will be modelled, without running."""
     system = System(scene, "cpu", PhaseClock())
     constraints = system.constraints
-    folds = int(np.sum(constraints.sources < 0))
+    folds, ties = constraints.folds, constraints.ties
+    prescribed = len(constraints.sources) - folds - ties
     lines = [
         ("scene", scene.name),
         ("analysis", _describe_analysis(scene)),
@@ -21,7 +20,8 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
         (
             "constraints",
-            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant dropped; "
+            f"{folds} fold, {f'{ties} of the hub, ' if ties else ''}{prescribed} prescribed, "
+            f"{constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
         ("terms", ", ".join(system.terms)),

@@ -8,7 +8,6 @@ from scipy.sparse import csr_matrix, identity, kron
 
 from warp_origami.system import Linearization, System
 from warp_origami.terms.padded_pattern import PaddedPattern
-from warp_origami.terms.sparsity import ReducedSparsity
 from warp_origami.terms.symmetric import SymmetricMatrix
 
 SKEW = 1e-13
@@ -29,8 +28,7 @@ class ReducedTangent:
         if null_space is system.constraints.null_space:
             self.sparsity = system.reduced_sparsity
         else:
-            coordinates = system.coordinates
-            self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
+            self.sparsity = system.sparsity(null_space)
         reduced = null_space.T @ kron(metric, identity(3), format="csr") @ null_space
         self.metric_values = self.sparsity.values_of(reduced)
         self.damping_values: np.ndarray | None = None

@@ -6,7 +6,6 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity
 
 from warp_origami.system import System
-from warp_origami.terms.sparsity import ReducedSparsity
 from warp_origami.terms.symmetric import symmetric_part
 
 from .constraint_form import make_constraint_form
@@ -79,9 +78,7 @@ class Stepper:
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
             size = 3 * system.coordinates.count
-            self.full_tangent = ReducedSparsity(
-                system.coordinates.elements, system.coordinates.count, identity(size, format="csr"), system.device
-            )
+            self.full_tangent = system.sparsity(identity(size, format="csr"))
 
     def start(self, step: float) -> tuple[Kinematics, Forces, EnergyBalance]:
         """Consistent initial state for a first step (s)."""
