@@ -360,6 +360,14 @@ class System:
     def _initial_velocity(self) -> np.ndarray:
         return initial_velocity(self.scene, self.mesh, self.coordinates, self.constraints, self.hub, self.q0)
 
+    @cached_property
+    def translation(self) -> np.ndarray:
+        """(n,) what a unit translation of everything adds to q: 1 in rows of positions, 0 in those of gradients."""
+        rows = self.coordinates.positions[self.coordinates.positions >= 0]
+        translation = np.zeros(self.coordinates.count)
+        translation[rows if self.hub is None else np.append(rows, self.hub.first)] = 1.0
+        return translation
+
     def _mass(self) -> csr_matrix:
         material = self.scene.material
         mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
@@ -412,11 +420,7 @@ class System:
 
     def _weight(self) -> np.ndarray:
         """(n,) generalized force of a unit acceleration of everything."""
-        translation = np.zeros(self.coordinates.count)
-        if self.hub is not None:
-            translation[self.hub.first] = 1.0
-        translation[self.coordinates.positions[self.coordinates.positions >= 0]] = 1.0
-        return self.mass @ translation
+        return self.mass @ self.translation
 
 
 def _load_name(load) -> str:

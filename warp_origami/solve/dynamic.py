@@ -274,6 +274,7 @@ class DynamicRun:
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()
             summary = summarize(self.system, self.stepper.constraint_form, state.balance, state.counters, status)
+            summary |= self.record.spin.summary(state.kinematics.q, state.kinematics.v)
             if failure is not None:
                 time_reached = state.kinematics.time
                 summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}
