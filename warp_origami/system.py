@@ -28,7 +28,7 @@ from .model.selectors import select
 from .model.submesh import default_divisions
 from .scene import Scene
 from .scene.approach import expected_approach
-from .scene.fastened import hub_motion, hub_stiffness, scene_hub, scene_springs
+from .scene.fastened import hub_motion, hub_rate, hub_stiffness, scene_hub, scene_springs
 from .scene.prescribers import scene_prescribers
 from .scene.settings import Contact as ContactTable
 from .scene.start import initial_velocity
@@ -40,7 +40,7 @@ from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
 from .terms.crease import CreaseSprings
 from .terms.device import choose_device
 from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
-from .terms.hub import RigidHub, hub_masses
+from .terms.hub import RigidHub, hub_masses, spinning_stress
 from .terms.inertia import mass_matrix
 from .terms.loads import force_weights, normal_weights
 from .terms.membrane import Membrane
@@ -128,9 +128,7 @@ class System:
         with clock.phase("compile"):
             self.mass = self._mass()
             self.creases = self._creases()
-            self.rigid_hub = None
-            if self.hub is not None:
-                self.rigid_hub = RigidHub(self.hub.first + 1, hub_stiffness(scene, self.hub))
+            self.rigid_hub = self._rigid_hub()
             room = sum(term.block_count for term in self._joining)
             degree = scene.integrator.quadrature
             self.membrane = Membrane(self.mesh, self.coordinates, scene.material, degree, self.device, room)
@@ -380,6 +378,12 @@ class System:
             diagonal[self.hub.rows] = hub_masses(table.mass, table.axial_inertia, table.transverse_inertia)
             mass = mass + diags(diagonal)
         return csr_matrix(mass)
+
+    def _rigid_hub(self) -> RigidHub | None:
+        if self.hub is None:
+            return None
+        stress = spinning_stress(self.mass.diagonal()[self.hub.rows], hub_rate(self.scene, self.hub))
+        return RigidHub(self.hub.first + 1, hub_stiffness(self.scene, self.hub), stress)
 
     def _creases(self) -> CreaseSprings | None:
         found = scene_springs(self.scene, self.pattern)

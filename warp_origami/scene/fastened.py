@@ -51,11 +51,19 @@ def hub_motion(scene: Scene, hub: Hub) -> Motion | None:
     return Motion(profile, np.zeros(3), hub.frame[2], hub.centre, scene.hub.angle)
 
 
+def hub_rate(scene: Scene, hub: Hub) -> np.ndarray:
+    """(3,) angular velocity at the start in the hub's frame, rad/s."""
+    rate = np.zeros(3)
+    for load in scene.load:
+        if load.kind == "initial_spin" and load.at.kind == "all":
+            rate += load.rate * np.asarray(load.axis, dtype=float) / np.linalg.norm(load.axis)
+    return hub.frame @ rate if scene.hub.mount == "free" else np.array([0.0, 0.0, rate @ hub.frame[2]])
+
+
 def hub_stiffness(scene: Scene, hub: Hub) -> float:
     """J, of the energy that keeps it rigid: far above what its rotation and the sheet can do to it."""
-    rates = [load.rate for load in scene.load if load.kind == "initial_spin"]
     turning = max(scene.hub.axial_inertia, scene.hub.transverse_inertia)
-    fastest = max([2.0 * np.pi / scene.analysis.end, *(abs(rate) for rate in rates)])
+    fastest = max(2.0 * np.pi / scene.analysis.end, float(np.linalg.norm(hub_rate(scene, hub))))
     film = scene.material.youngs_modulus * scene.material.thickness * hub.radius**2
     return max(RIGIDITY * turning * fastest**2, STIFFER_THAN_FILM * film)
 

@@ -119,6 +119,10 @@ class Stepper:
         ahead = JERK_SHARE * step
         # along v only: the further term in a is of higher order and would multiply the round-off of stiff motion
         jerk = (acceleration(start + ahead, q + ahead * v, v + ahead * a) - a) / ahead
+        if self.system.rigid_hub is not None:
+            # what turns leaves its circle along v by a strain that is even in `ahead`, and stiff
+            back = acceleration(start, q - ahead * v, v - ahead * a) - a
+            jerk = 0.5 * (jerk - back / ahead)
         held_jerk = (c.right_inverse @ (c.equations @ jerk.ravel())).reshape(q.shape)
         shifted = v + self.method.constraint_velocity_shift(step) * held_jerk
         kinematics = self.method.start(time, q, shifted, a, jerk, step)
