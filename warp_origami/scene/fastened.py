@@ -18,7 +18,7 @@ from .document import Scene
 RIGIDITY = 1e6
 """Energy that doubles the size of the hub over the energy of its rotation: it grows by half its inverse."""
 
-STIFFER_THAN_FILM = 1e3
+STIFFER_THAN_FILM = 10.0
 """Stiffness of the hub over that of film of its size, at least."""
 
 
