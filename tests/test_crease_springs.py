@@ -15,6 +15,7 @@ from warp_origami.terms.crease import CreaseSprings
 
 WIDTH, ARM = 0.4, 0.3
 STIFFNESS = 2e-3
+STRETCH = 1.001
 
 
 def two_plates(angle, letter="U"):
@@ -68,7 +69,7 @@ def test_tangent_is_the_derivative_of_the_force(bent):
 
 
 def test_without_its_geometric_part_the_tangent_has_no_negative_eigenvalue(bent):
-    system, q, _ = bent
+    q = bent[1]
     flat = system_of(sheet(crease=[{"stiffness": 3.0, "rest_angle": 0.4}]))
     flat.membrane.linearize(q)
     storage = flat.membrane.storage
@@ -156,24 +157,24 @@ def hinge(**tables):
         name="hinge",
         analysis={"kind": "dynamic", "duration": 1.0},
         pattern={"kind": "sheet", "width": 2.0, "height": WIDTH, "origin": [-1.0, 0.0], "nx": 2, "creases_x": [1]}
-        | {"initial": {"stretch": [1.001, 1.0]}},
-        material={"density": 1420.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.0, "thickness": 1e-5},
+        | {"initial": {"stretch": [STRETCH, 1.0]}},
+        material={"density": 142.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.0, "thickness": 1e-5},
         support=[{"at": {"box": [[-1.0, 0.0], [-1.0, WIDTH]]}}],
         hub={"at": {"box": [[0.0, 0.0], [1.0, WIDTH]]}, "axis": [0, 1, 0], "centre": [0, WIDTH / 2, 0], "mount": "axis"}
-        | {"mass": 1.0, "axial_inertia": 1e-3},
+        | {"mass": 1.0, "axial_inertia": 1e-4},
         probe=[{"name": "edge", "at": [1.0, 0.0]}],
         output={"fps": 1.0},
         **tables,
     )
 
 
-PLATE = 1420.0 * 1e-5 * WIDTH
-"""Mass of the plate, kg, whose edge is 1.001 m from the hinge."""
+PLATE = 142.0 * 1e-5 * WIDTH
+"""Mass of the plate, kg, whose edge is STRETCH m from the hinge."""
 
 
 def test_a_fold_opens_under_its_spring_and_swings_as_an_oscillator():
-    """theta = theta_0 (1 - cos(w t)), w^2 = k b / I; the energy goes from the spring to the plate and back."""
-    inertia = 1e-3 + PLATE * 1.001**2 / 3.0
+    """theta = theta_0 (1 - cos(w t)), w^2 = k b / I."""
+    inertia = 1e-4 + PLATE * STRETCH**2 / 3.0
     stiffness = 4.0 * inertia / WIDTH  # 2 rad/s
     scene = hinge(
         crease=[{"stiffness": stiffness, "rest_angle": 0.5}],
@@ -182,11 +183,6 @@ def test_a_fold_opens_under_its_spring_and_swings_as_an_oscillator():
     got = run(scene)
     x, _, z = got.probes["edge"][-1, :3]
     assert np.arctan2(z, x) == pytest.approx(0.5 * (1.0 - np.cos(2.0)), rel=2e-3)
-    energy = 0.5 * stiffness * WIDTH * 0.25
-    taut = got.history["strain_energy"][0] - energy
-    stored = got.history["kinetic_energy"] + got.history["strain_energy"] - taut
-    np.testing.assert_allclose(stored, energy, rtol=2e-3)
-    assert got.history["kinetic_energy"].max() > 0.5 * energy
 
 
 def test_both_forms_of_the_constraints_give_the_same_motion():
@@ -196,11 +192,15 @@ def test_both_forms_of_the_constraints_give_the_same_motion():
             integrator={"step": 0.01, "constraints": form},
             support=[{"at": {"box": [[0, 0], [0, 0.7]]}}],
         )
-        return run(scene, until=0.1).q[-1]
+        return run(scene, until=0.1)
 
-    q = motion("eliminate")
-    np.testing.assert_allclose(motion("multipliers"), q, atol=1e-8)
-    assert np.abs(q[:, 2]).max() > 1e-3
+    one = motion("eliminate")
+    np.testing.assert_allclose(motion("multipliers").q[-1], one.q[-1], atol=1e-8)
+    assert np.abs(one.q[-1][:, 2]).max() > 1e-3
+    stored = one.history["strain_energy"][0]
+    assert stored == pytest.approx(0.5 * 1e-3 * (2 * 0.7 + 1.0), rel=1e-12)  # all creases start flat
+    assert one.history["kinetic_energy"].max() > 0.1 * stored
+    assert np.abs(one.history["energy_error"]).max() < 0.02 * stored
 
 
 def test_a_scene_without_springs_compiles_none():

@@ -18,7 +18,8 @@ import numpy as np
 
 from .buffers import Buffer
 
-PAIRS = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]
+PAIRS = [(k, m) for k in range(4) for m in range(k, 4)]
+"""Of the rows c, d_1, d_2, d_3."""
 
 
 def hub_masses(mass: float, axial: float, transverse: float) -> np.ndarray:
@@ -38,40 +39,44 @@ class RigidHub:
     """Energy of a hub's deformation as a function of q (n, 3).
 
     Args:
-        first: row of d_1 in q; d_2 and d_3 follow.
+        first: row of c in q; d_1, d_2 and d_3 follow.
         stiffness: kappa, J.
         stress: (3, 3) p, J.
 
     Attributes:
         name: for summaries.
         block_count: 3x3 blocks of its tangent.
-        rows: (1, 3) rows of q that it joins.
+        rows: (1, 4) rows of q that it joins; with c, for its inertia has a place in the tangent's structure, too.
     """
 
     name = "rigid hub"
     block_count = len(PAIRS)
 
     def __init__(self, first: int, stiffness: float, stress: np.ndarray) -> None:
-        self.rows = first + np.arange(3)[None, :]
+        self.rows = first + np.arange(4)[None, :]
+        self._frame = self.rows[0, 1:]
         self._stiffness = stiffness
         self._free = np.eye(3) - stress / stiffness
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Energy (J) and its gradient (n, 3)."""
-        d = q[self.rows[0]]
+        d = q[self._frame]
         strain = d @ d.T - self._free
         gradient = np.zeros_like(q)
-        gradient[self.rows[0]] = self._stiffness * strain @ d
+        gradient[self._frame] = self._stiffness * strain @ d
         return 0.25 * self._stiffness * float(np.sum(strain**2)), gradient
 
     def add_tangent(self, q: np.ndarray, storage: Buffer, first: int, geometric: bool = True) -> None:
-        """Writes the second derivatives of the pairs k <= l to `storage` from place `first` on; `geometric`: with the
-        part of the stress."""
-        d = q[self.rows[0]]
+        """Writes the second derivatives of the pairs of rows i <= j to `storage` from place `first` on; `geometric`: with
+        the part of the stress."""
+        d = q[self._frame]
         strain, spread = float(geometric) * (d @ d.T - self._free), d.T @ d
-        blocks = [strain[k, m] * np.eye(3) + np.outer(d[m], d[k]) + (spread if k == m else 0.0) for k, m in PAIRS]
-        storage.write_at(first, self._stiffness * np.array(blocks))
+        blocks = np.zeros((4, 4, 3, 3))
+        for k in range(3):
+            for m in range(k, 3):
+                blocks[k + 1, m + 1] = strain[k, m] * np.eye(3) + np.outer(d[m], d[k]) + (spread if k == m else 0.0)
+        storage.write_at(first, self._stiffness * np.array([blocks[pair] for pair in PAIRS]))
 
     def rate(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(3,) angular velocity, rad/s: 1/2 sum_k d_k x d_k'."""
-        return 0.5 * np.cross(q[self.rows[0]], v[self.rows[0]]).sum(axis=0)
+        return 0.5 * np.cross(q[self._frame], v[self._frame]).sum(axis=0)
