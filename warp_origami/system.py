@@ -251,6 +251,11 @@ class System:
         return 0.5 * float(np.sum(v * (self.mass @ v)))
 
     @property
+    def turns(self) -> bool:
+        """Whether a hub or an initial spin lets expect that everything turns."""
+        return self.hub is not None or any(load.kind == "initial_spin" for load in self.scene.load)
+
+    @property
     def terms(self) -> list[str]:
         """Names of what is modelled."""
         material = self.scene.material
@@ -383,7 +388,7 @@ class System:
         if self.hub is None:
             return None
         stress = spinning_stress(self.mass.diagonal()[self.hub.rows], hub_rate(self.scene, self.hub))
-        return RigidHub(self.hub.first + 1, hub_stiffness(self.scene, self.hub), stress)
+        return RigidHub(self.hub.first, hub_stiffness(self.scene, self.hub), stress)
 
     def _creases(self) -> CreaseSprings | None:
         found = scene_springs(self.scene, self.pattern)

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from .base import NAME_WANTS, Name, NotNegative, Number, Positive, Table, Vector3, fault
+from .base import NotNegative, Number, Positive, Table, Vector3, fault
 from .motion import AT_WANTS, Profile, Selector
 
 
@@ -16,7 +16,6 @@ class Mass(Table):
     these; else in equal shares on the vertices.
     """
 
-    name: Name | None = Field(default=None, description=NAME_WANTS)
     at: Selector = Field(description=AT_WANTS)
     value: Positive = Field(description="a number > 0, kg: the total over the selection")
 
