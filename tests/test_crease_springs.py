@@ -151,11 +151,11 @@ class Final(States):
         self.q = arrays["q"].copy()
 
 
-def hinge(**tables):
+def hinge(analysis=None, **tables):
     """A rigid plate on a hinge along the y axis, which a spring joins to a plate that is taut."""
     return wo.Scene(
         name="hinge",
-        analysis={"kind": "dynamic", "duration": 1.0},
+        analysis=analysis or {"kind": "dynamic", "duration": 1.0},
         pattern={"kind": "sheet", "width": 2.0, "height": WIDTH, "origin": [-1.0, 0.0], "nx": 2, "creases_x": [1]}
         | {"initial": {"stretch": [STRETCH, 1.0]}},
         material={"density": 142.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.0, "thickness": 1e-5},
@@ -183,6 +183,12 @@ def test_a_fold_opens_under_its_spring_and_swings_as_an_oscillator():
     got = run(scene)
     x, _, z = got.probes["edge"][-1, :3]
     assert np.arctan2(z, x) == pytest.approx(0.5 * (1.0 - np.cos(2.0)), rel=2e-3)
+
+
+def test_a_plate_on_a_spring_has_the_frequency_of_an_oscillator():
+    stiffness = 4.0 * (1e-4 + PLATE * STRETCH**2 / 3.0) / WIDTH
+    modes = hinge({"kind": "modal", "count": 2, "load_steps": 1}, crease=[{"stiffness": stiffness}])
+    assert wo.simulate(modes).summary["frequencies"][0] == pytest.approx(2.0 / (2.0 * np.pi), rel=1e-3)
 
 
 def test_both_forms_of_the_constraints_give_the_same_motion():

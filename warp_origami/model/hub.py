@@ -48,7 +48,7 @@ class Hub:
         centre: (3,) c, m.
         frame: (3, 3) rows d_1, d_2, d_3; d_3 along the axis.
         ties: what is fixed to it.
-        radius: largest distance of what is fixed from c, m.
+        radius: its size, m: the largest distance of what is fixed from c, at least its radius of gyration.
     """
 
     first: int
@@ -85,10 +85,12 @@ def fasten_hub(
     q0: np.ndarray,
     axis: np.ndarray,
     centre: np.ndarray | None,
+    gyration: float,
 ) -> Hub:
     """Hub to which selected vertices are fixed, and mesh edges whose two ends are selected along their whole length.
 
-    `coordinates` have its rows behind those of the sheet; `q0` (n, 3) is the initial state of the sheet.
+    `coordinates` have its rows behind those of the sheet; `q0` (n, 3) is the initial state of the sheet;
+    `gyration` the hub's radius of gyration, m.
     """
     positions = coordinates.positions[selection.vertices]
     centre = q0[positions].mean(axis=0) if centre is None else np.asarray(centre, dtype=float)
@@ -108,7 +110,7 @@ def fasten_hub(
                 g = int(coordinates.elements[e, 3 * corner + 1])
                 slope = x * q0[g] + y * q0[g + 1]
                 ties.append(Tie(v, [(g, x), (g + 1, y)], np.concatenate([[0.0], frame @ slope])))
-    radius = float(np.linalg.norm(q0[positions] - centre, axis=1).max())
+    radius = max(gyration, float(np.linalg.norm(q0[positions] - centre, axis=1).max()))
     return Hub(coordinates.count - ROWS, len(mesh.vertices), centre, frame, ties, radius)
 
 

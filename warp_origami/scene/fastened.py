@@ -40,7 +40,8 @@ def scene_hub(
             wants = f"no points of the hub, to which the vertex at ({x:g}, {y:g}) is fixed"
             raise InputError(f"{prescriber.key}.at", "a selection with points of the hub", wants)
     centre = None if scene.hub.centre is None else np.asarray(scene.hub.centre, dtype=float)
-    return fasten_hub(mesh, coordinates, selection, q0, np.asarray(scene.hub.axis, dtype=float), centre)
+    gyration = float(np.sqrt(scene.hub.axial_inertia / scene.hub.mass))
+    return fasten_hub(mesh, coordinates, selection, q0, np.asarray(scene.hub.axis, dtype=float), centre, gyration)
 
 
 def hub_motion(scene: Scene, hub: Hub) -> Motion | None:

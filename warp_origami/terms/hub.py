@@ -67,8 +67,8 @@ class RigidHub:
         return 0.25 * self._stiffness * float(np.sum(strain**2)), gradient
 
     def add_tangent(self, q: np.ndarray, storage: Buffer, first: int, geometric: bool = True) -> None:
-        """Writes the second derivatives of the pairs of rows i <= j to `storage` from place `first` on; `geometric`: with
-        the part of the stress."""
+        """Writes the second derivatives of the pairs i <= j of `rows` to `storage` from place `first` on; `geometric`:
+        with the part of the stress."""
         d = q[self._frame]
         strain, spread = float(geometric) * (d @ d.T - self._free), d.T @ d
         blocks = np.zeros((4, 4, 3, 3))
