@@ -21,6 +21,7 @@ import warp as wp
 
 from .membrane import NODES
 from .precision import mat33, real, vec3
+from .pressure import skew
 
 ROWS = 18
 """Rows of q that a crease joins."""
@@ -74,13 +75,6 @@ def fold_angle(f: Frame, reference: real):
 
 
 @wp.func
-def cross_matrix(a: vec3):
-    """Matrix of the product a x ."""
-    zero = real(0.0)
-    return mat33(zero, -a[2], a[1], a[2], zero, -a[0], -a[1], a[0], zero)
-
-
-@wp.func
 def arm(t: vec3, b: vec3):
     """What one side contributes."""
     t2 = wp.dot(t, t)
@@ -91,8 +85,8 @@ def arm(t: vec3, b: vec3):
     a = Arm()
     a.g = (length / n2) * n
     a.s = wp.dot(t, b) / t2
-    a.by_across = h * cross_matrix(t)
-    a.by_along = wp.outer(n, t) / (length * n2) - h * cross_matrix(b)
+    a.by_across = h * skew(t)
+    a.by_along = wp.outer(n, t) / (length * n2) - h * skew(b)
     a.along_along = -wp.outer(a.g, (b - real(2.0) * a.s * t) / t2) - a.s * a.by_along
     return a
 

@@ -15,6 +15,7 @@ import warp as wp
 
 from .membrane import NODES, element_nodes, mat93, surface_gradient
 from .precision import mat33, real, vec2, vec3
+from .pressure import skew
 
 wp.set_module_options({"max_unroll": 0})
 
@@ -59,13 +60,6 @@ def traction_derivative(light: Light, a: vec3):
     d += (side[1] / j2) * (two * size * au + size * c * eye - (two * size * c / j2) * aa)
     d += (side[2] / j) * (au + c * eye - (c / j2) * aa)
     return d
-
-
-@wp.func
-def cross_matrix(a: vec3):
-    """Matrix of the product a x ."""
-    zero = real(0.0)
-    return mat33(zero, -a[2], a[1], a[2], zero, -a[0], -a[1], a[0], zero)
 
 
 @wp.kernel(enable_backward=False)
@@ -116,8 +110,8 @@ def sunlight_tangent(
     for p in range(areas.shape[1]):
         r = surface_gradient(shapes, t, p, nodes)
         d = areas[t, p] * traction_derivative(light, wp.cross(r.x, r.y))
-        by_x = -d * cross_matrix(r.y)
-        by_y = d * cross_matrix(r.x)
+        by_x = -d * skew(r.y)
+        by_y = d * skew(r.x)
         for j in range(NODES):
             s = shapes[t, p, j]
             by_j = s[0] * by_x + s[1] * by_y
