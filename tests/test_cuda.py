@@ -64,7 +64,7 @@ def spinning_sail():
         material=material,
         hub={"at": {"near": [0.0, 0.0]}, "mass": 1.0, "axial_inertia": 0.1},
         crease=[{"stiffness": 1e-3, "rest_angle": 0.5}],
-        load=[{"kind": "solar", "direction": [1, 0, -1], "pressure": 1.0}, {"kind": "initial_spin", "rate": 1.0}],
+        load=[{"kind": "solar", "direction": [1, 0, -1], "value": 1.0}, {"kind": "initial_spin", "rate": 1.0}],
         integrator={"step": 2e-3},
     )
 

@@ -20,7 +20,7 @@ def test_the_scene_is_the_sail_that_it_says():
     assert system.contact is not None
     assert system.scene.material.mass_damping == system.scene.material.stiffness_damping == 0.0
     sheet = 1420.0 * 7.5e-6 * (14.0**2 - 1.2**2)
-    assert system.translation @ system.mass @ system.translation > 290.0 + 2.0 + 0.99 * sheet
+    assert system.total_mass > 290.0 + 2.0 + 0.99 * sheet
     tips = system.coordinates.positions[np.abs(system.mesh.vertices).min(axis=1) == 7.0]
     assert len(tips) == 4
     np.testing.assert_allclose(system.mass.diagonal()[tips], 0.5, rtol=0.02)

@@ -62,7 +62,7 @@ def test_a_mirror_facing_the_sun_feels_twice_the_pressure_and_a_black_one_once()
 
 def sail(pressure=1.0, **tables):
     optics = {name: vars(side) for name, side in (("front", JPL), ("back", DARK))}
-    light = {"kind": "solar", "direction": [0.3, 0.1, -1.0], "pressure": pressure, **optics}
+    light = {"kind": "solar", "direction": [0.3, 0.1, -1.0], "value": pressure, **optics}
     return wo.Scene(
         name="sail",
         analysis={"kind": "dynamic", "duration": 1.0},
@@ -142,7 +142,7 @@ def test_wrong_light_is_refused():
     with pytest.raises(InputError, match=r"load\.0\.front\.reflectivity"):
         sail_with(front={"reflectivity": 1.2})
     assert sail_with(front={"reflectivity": 0.5}).load[0].back.reflectivity == 0.5
-    assert sail_with().load[0].pressure == PRESSURE
+    assert sail_with().load[0].value == PRESSURE
 
 
 def sail_with(**light):

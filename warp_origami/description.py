@@ -24,6 +24,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
             f"{constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
+        ("mass", _describe_mass(system)),
         ("terms", ", ".join(system.terms)),
         ("kernel modules", ", ".join(system.kernel_modules)),
     ]
@@ -31,6 +32,13 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         lines += _describe_stiffness(scene.contact, system.contact_settings)
         lines += system.contact.summary().lines()
     return lines
+
+
+def _describe_mass(system: System) -> str:
+    scene = system.scene
+    parts = [("added", sum(mass.value for mass in scene.mass)), ("hub", 0.0 if scene.hub is None else scene.hub.mass)]
+    parts = [f"{mass:g} {name}" for name, mass in parts if mass > 0.0]
+    return f"{system.total_mass:.6g} kg" + (f", of which {' and '.join(parts)}" if parts else "")
 
 
 def _describe_analysis(scene: Scene) -> str:

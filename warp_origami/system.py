@@ -246,6 +246,11 @@ class System:
         """Largest displacement that a row of a change of q, (n, 3) or (3n,), causes, m."""
         return float(np.max(self.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
 
+    @property
+    def total_mass(self) -> float:
+        """kg, of sheet, added masses and hub."""
+        return float(self.translation @ self.mass @ self.translation)
+
     def kinetic_energy(self, v: np.ndarray) -> float:
         """J."""
         return 0.5 * float(np.sum(v * (self.mass @ v)))
@@ -418,7 +423,7 @@ class System:
                 sides = [Side(**vars(side)) for side in (load.front, load.back)]
                 direction = np.asarray(load.direction)
                 term = Sunlight(self.mesh, self.coordinates, elements, direction, *sides, device=self.device)
-                pressures.append(Pressure(term, load.pressure, profile))
+                pressures.append(Pressure(term, load.value, profile))
             elif load.follower:
                 term = FollowerPressure(self.mesh, self.coordinates, elements, device=self.device)
                 pressures.append(Pressure(term, load.value, profile))

@@ -59,7 +59,7 @@ def expected_approach(scene: Scene, mesh: Mesh, constraints: Constraints, veloci
         if load.kind == "pressure":
             here = abs(load.value) * factor
         elif load.kind == "solar":
-            here = 2.0 * load.pressure * factor
+            here = 2.0 * load.value * factor
         elif load.kind == "gravity":
             here = areal_mass * float(np.linalg.norm(load.acceleration)) * factor
         else:

@@ -98,7 +98,7 @@ class Sunlight(Table):
 
     kind: Literal["solar"] = Field(description='"solar"')
     direction: Vector3 = Field(description="[x, y, z], not zero: where the light goes")
-    pressure: Positive = Field(
+    value: Positive = Field(
         default=PRESSURE_AT_1_AU, description="a number > 0, Pa: energy flux over the speed of light (4.56e-6 at 1 au)"
     )
     front: Optics = Field(default=Optics(), description="a table: the side from which the flat sheet is seen from +z")
