@@ -1,5 +1,7 @@
 """Springs along creases: exact derivatives, fold angles in the sense of FOLD, hinges that turn as springs say."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.sparse import identity
@@ -235,3 +237,29 @@ def test_letters_and_places_choose_creases_and_the_stowed_state_gives_rest_angle
     flat = base | {"pattern": {"kind": "sheet", "nx": 2, "creases_x": [1]}}
     with pytest.raises(InputError, match=r"crease\.0\.rest_angle"):
         system_of(wo.Scene(**flat, crease=[{"stiffness": 1.0, "rest_angle": "stowed"}]))
+
+
+@pytest.mark.parametrize(("letter", "angle"), [("M", -180.0), ("V", 180.0), ("M", -120.0)])
+def test_rest_angles_of_a_fold_file_are_its_fold_angles(tmp_path, letter, angle):
+    """edges_foldAngle, in degrees; flat-folded mountains and valleys are told apart by their letters."""
+    edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [1, 4]]
+    fold = {
+        "file_spec": 1.2,
+        "frame_classes": ["creasePattern"],
+        "vertices_coords": [[0, 0], [1, 0], [2, 0], [2, 1], [1, 1], [0, 1]],
+        "edges_vertices": edges,
+        "edges_assignment": ["B"] * 6 + [letter],
+        "edges_foldAngle": [None] * 6 + [angle],
+        "faces_vertices": [[0, 1, 4, 5], [1, 2, 3, 4]],
+    }
+    (tmp_path / "two.fold").write_text(json.dumps(fold), encoding="utf-8")
+    scene = wo.Scene(
+        name="two",
+        analysis={"kind": "static"},
+        pattern={"kind": "fold", "file": str(tmp_path / "two.fold"), "refine": 2},
+        material={"density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0, "thickness": 1.0},
+        crease=[{"stiffness": 1.0, "rest_angle": "stowed"}],
+    )
+    system = system_of(scene)
+    np.testing.assert_allclose(system.creases.angles(system.q0), np.radians(angle), atol=1e-12)
+    assert system.creases.gradient(system.q0)[0] < 1e-20
