@@ -1,10 +1,11 @@
 """Angular momentum of spinning runs: what the integrator loses of it, and spin rate against deployment.
 
-    python benchmarks/spin.py           both parts: about three minutes on two cores
+    python benchmarks/spin.py           all parts: about five minutes on two cores
     python benchmarks/spin.py rigid     a rigid body, one turn: loss over step and spectral radius
+    python benchmarks/spin.py settings  the first 1.3 s of a coarse sail: loss over tolerance and spectral radius
     python benchmarks/spin.py ikaros    the scene `ikaros`: table and plot; exit 1 if more than 0.1 % is lost
 
-Results: results/spin_rigid.csv, results/spin_ikaros.csv, results/spin_ikaros.png.
+Results: results/spin_rigid.csv, results/spin_settings.csv, results/spin_ikaros.csv, results/spin_ikaros.png.
 """
 
 import csv
@@ -42,6 +43,23 @@ def rigid() -> None:
             loss = -wo.simulate(scene).summary["angular_momentum_change"]
             rows.append((radius, turn, loss, loss / (2.0 * np.pi * turn**3)))
     _write("spin_rigid.csv", ("spectral_radius", "angle_per_step", "lost_in_a_turn", "over_angle_cubed"), rows)
+
+
+def settings() -> None:
+    """Prints and writes what the sail with two strips a petal loses while its arms open."""
+    rows = []
+    for radius, tolerance in ((0.3, 4e-4), (0.3, 1e-4), (0.3, 2.5e-5), (0.0, 1e-4), (0.15, 1e-4), (0.6, 1e-4)):
+        changes = [
+            "pattern.strips=2",
+            "pattern.opening=0.3",
+            f"integrator.tolerance={tolerance}",
+            f"integrator.spectral_radius={radius}",
+        ]
+        result = wo.simulate(wo.load_scene("ikaros", changes), until=1.3)
+        momentum = result.spin["angular_momentum.z"]
+        worst = float(np.abs(momentum / momentum[0] - 1.0).max())
+        rows.append((radius, tolerance, result.summary["steps_accepted"], worst, result.summary["energy_loss"]))
+    _write("spin_settings.csv", ("spectral_radius", "tolerance", "steps", "largest_change", "energy_loss"), rows)
 
 
 def ikaros() -> float:
@@ -89,6 +107,8 @@ def main(parts: list[str]) -> int:
     """Runs the parts; 1 if the scene loses too much."""
     if not parts or "rigid" in parts:
         rigid()
+    if not parts or "settings" in parts:
+        settings()
     if not parts or "ikaros" in parts:
         return int(ikaros() > ALLOWED)
     return 0

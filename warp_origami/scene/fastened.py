@@ -63,10 +63,12 @@ def hub_rate(scene: Scene, hub: Hub) -> np.ndarray:
 
 def hub_stiffness(scene: Scene, hub: Hub) -> float:
     """J, of the energy that keeps it rigid: far above what its rotation and the sheet can do to it."""
+    film = STIFFER_THAN_FILM * scene.material.youngs_modulus * scene.material.thickness * hub.radius**2
+    if scene.analysis.kind != "dynamic":
+        return film
     turning = max(scene.hub.axial_inertia, scene.hub.transverse_inertia)
     fastest = max(2.0 * np.pi / scene.analysis.end, float(np.linalg.norm(hub_rate(scene, hub))))
-    film = scene.material.youngs_modulus * scene.material.thickness * hub.radius**2
-    return max(RIGIDITY * turning * fastest**2, STIFFER_THAN_FILM * film)
+    return max(RIGIDITY * turning * fastest**2, film)
 
 
 @dataclass(frozen=True)
