@@ -149,3 +149,21 @@ def test_layers_touch_without_crossing():
     for q in result.q:
         points = q[system.coordinates.positions]
         assert find_crossing(points, system.mesh.edges, system.mesh.triangles) is None
+
+
+def test_a_hub_goes_with_linear_elements():
+    """Elimination stays exact with points that are fixed to a hub, free or held, and a free spin is kept."""
+    middle = {"box": [[0.2, 0.2], [0.4, 0.4]]}
+    spin = {"kind": "initial_spin", "rate": 3.0, "centre": [0.3, 0.3, 0.0]}
+    settings = LINEAR | {"step": 1e-3, "spectral_radius": 0.9}
+    for mount in ("free", "axis"):
+        hub = {"at": middle, "mass": 0.1, "axial_inertia": 0.01, "mount": mount}
+        scene = film(0.05, GRID, load=[spin], hub=hub, integrator=settings)
+        c = system_of(scene).constraints
+        n, ny = c.null_space.shape
+        assert np.linalg.matrix_rank(c.equations.toarray(), tol=1e-8) == c.equations.shape[0] == n - ny
+        assert largest(c.equations @ c.null_space) < 1e-12
+        assert largest(c.equations @ c.right_inverse - identity(n - ny)) < 1e-12
+        assert largest(c.left_inverse @ c.null_space - identity(ny)) == 0.0
+        assert c.ties == 3 * 4
+        assert abs(run(scene).summary["angular_momentum_change"]) < 1e-6

@@ -22,6 +22,8 @@ class Run:
         history: column of history.csv -> (n,) values, a row for the initial state and each accepted step.
         probes: name of a probe -> (n, 9) position (m), velocity (m/s), von Mises and principal stresses (Pa).
         reactions: name of a support or driver -> (n, 6) force (N) and moment about the origin (N m) on the sheet.
+        spin: column of spin.csv -> (n,) rate (rad/s), moment of inertia (kg m^2) and angular momentum (N m s); empty
+            for a scene without hub and initial spin.
         frames: frames of the animation, in order of time.
         surface: the drawn triangles, whose points the frames hold.
         summary: content of summary.json.
@@ -30,6 +32,7 @@ class Run:
     history: dict[str, np.ndarray]
     probes: dict[str, np.ndarray]
     reactions: dict[str, np.ndarray]
+    spin: dict[str, np.ndarray]
     frames: list[Frame]
     surface: Submesh
     summary: dict
@@ -59,7 +62,7 @@ def simulate(
     memory = Memory()
     everyone = Observers([memory, *observers])
     summary = run(scene, device=device, until=until, observer=everyone, resume=None, threads=threads)
-    result = Run(memory.history, memory.probes, memory.reactions, memory.frames, memory.surface, summary)
+    result = Run(memory.history, memory.probes, memory.reactions, memory.spin, memory.frames, memory.surface, summary)
     if summary["status"] == "failed":
         parts = [summary.get(key) for key in ("message", "advice")]
         raise NumericalFailure(". ".join(part for part in parts if part) or "the numerics failed", result)

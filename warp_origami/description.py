@@ -1,7 +1,5 @@
 """What a scene models, in words, without running it."""
 
-import numpy as np
-
 from .clock import PhaseClock
 from .model.generators import build_pattern
 from .model.pattern_report import describe_pattern
@@ -14,7 +12,8 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     """What `check` prints: sizes and what will be modelled, without running."""
     system = System(scene, "cpu", PhaseClock())
     constraints = system.constraints
-    folds = int(np.sum(constraints.sources < 0))
+    folds, ties = constraints.folds, constraints.ties
+    prescribed = len(constraints.sources) - folds - ties
     pattern = build_pattern(scene.pattern.kind, scene.pattern.parameters() | {"refine": 1}, scene.directory)
     lines = [
         ("scene", scene.name),
@@ -24,9 +23,11 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
         (
             "constraints",
-            f"{folds} fold, {len(constraints.sources) - folds} prescribed, {constraints.dropped} redundant dropped; "
+            f"{folds} {'of linear elements' if system.mesh.linear else 'fold'}, {f'{ties} of the hub, ' if ties else ''}{prescribed} prescribed, "
+            f"{constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
+        ("mass", _describe_mass(system)),
         ("terms", ", ".join(system.terms)),
         ("kernel modules", ", ".join(system.kernel_modules)),
     ]
@@ -35,6 +36,13 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         lines += _describe_stiffness(scene.contact, system.contact_settings)
         lines += system.contact.summary().lines()
     return lines
+
+
+def _describe_mass(system: System) -> str:
+    scene = system.scene
+    parts = [("added", sum(mass.value for mass in scene.mass)), ("hub", 0.0 if scene.hub is None else scene.hub.mass)]
+    parts = [f"{mass:g} {name}" for name, mass in parts if mass > 0.0]
+    return f"{system.total_mass:.6g} kg" + (f", of which {' and '.join(parts)}" if parts else "")
 
 
 def _describe_analysis(scene: Scene) -> str:

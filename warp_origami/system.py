@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 import warp as wp
-from scipy.sparse import csr_matrix, identity, kron
+from scipy.sparse import csr_matrix, diags, identity, kron
 
 from .clock import PhaseClock
 from .errors import InputError
@@ -18,28 +18,36 @@ from .model.constraints import build_constraints
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
 from .model.crossing import find_crossing
 from .model.generators import build_pattern
+from .model.hub import ROWS as HUB_ROWS
+from .model.hub import hold_hub
 from .model.linear_elements import build_linear_constraints
 from .model.locate import locate
-from .model.mesh import Mesh
+from .model.mesh import CREASE, Mesh
 from .model.opening import opened
 from .model.prescribed import prescribed_rows
 from .model.selectors import select
 from .model.submesh import default_divisions
 from .scene import Scene
 from .scene.approach import expected_approach
+from .scene.fastened import hub_motion, hub_rate, hub_stiffness, scene_hub, scene_springs
 from .scene.prescribers import scene_prescribers
 from .scene.settings import Contact as ContactTable
+from .scene.start import initial_velocity
 from .terms import padded_pattern
+from .terms.added_mass import added_mass
 from .terms.contact import Contact
 from .terms.contact.friction import Friction, FrictionLaw
 from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
+from .terms.crease import CreaseSprings
 from .terms.device import choose_device
 from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
+from .terms.hub import RigidHub, hub_masses, spinning_stress
 from .terms.inertia import mass_matrix
 from .terms.loads import force_weights, normal_weights
 from .terms.membrane import Membrane
 from .terms.pressure import FollowerPressure
 from .terms.sparsity import ReducedSparsity
+from .terms.sunlight import Side, Sunlight
 
 LINEAR_DEGREE = 1
 """Degree of the quadrature that is exact where strains are constant."""
@@ -50,7 +58,7 @@ class Evaluation:
     """Energies and their gradient at one q.
 
     Attributes:
-        strain_energy, contact_energy: J.
+        strain_energy, contact_energy: J; that of springs along creases counts as strain energy.
         gradient: (n, 3) of their sum; N in rows of positions, N m in rows of gradients.
     """
 
@@ -66,8 +74,8 @@ class Linearization:
     Attributes:
         energy: J, of strain and contact.
         gradient: (n, 3) as in Evaluation.
-        blocks: (ne, 45) Warp array of 3x3 element tangents, overwritten by the next linearization: of the membrane and
-            the symmetric part of that of follower pressure.
+        blocks: Warp array of 3x3 blocks, overwritten by the next linearization: (ne, 45) element tangents of the
+            membrane and the symmetric part of those of pressure; behind them those of springs and hub, if any.
         contact_rows: (active, 3n) gap gradients, None without contact.
         contact_weights: (active,) stiffness of each, N/m.
         skew: (3n, 3n) skew part of the tangent, None without follower pressure.
@@ -86,12 +94,13 @@ class System:
 
     Attributes:
         scene, pattern, mesh, coordinates, constraints: what is modelled.
-        mass: (n, n) scalar mass matrix, alike in x, y, z.
+        mass: (n, n) scalar mass matrix, alike in x, y, z; of the sheet, added masses and the hub.
+        hub: what is fixed to it and how it starts; None for a scene without.
         q0, v0: (n, 3) initial state, consistent with the constraints.
         external: gravity, pressure and forces.
         row_lengths: (n,) displacement that a unit change of a row of q causes: 1 for positions, a fraction of the size
             of the elements for gradients, m.
-        membrane, contact, friction: terms; contact and friction are None for a scene without them.
+        membrane, creases, rigid_hub, contact, friction: terms; all but the first are None for a scene without them.
         contact_settings: the scene's table of contact with numbers for every "auto"; None without contact.
         probe_places: of each probe, the elements that touch it (k,) and its area coordinates in them (k, 3).
         device: where the kernels run.
@@ -108,24 +117,32 @@ class System:
             linear = scene.integrator.elements == "linear"
             self.mesh = replace(self.pattern.mesh, linear=linear)
             self.device = choose_device(device)
-            self.coordinates = number_coordinates(self.mesh)
+            self.coordinates = number_coordinates(self.mesh).with_bodies(0 if scene.hub is None else HUB_ROWS)
             flat = affine_coordinates(self.mesh, self.coordinates, _lifted(self.mesh.vertices))
             self.q0 = self._initial_coordinates(flat)
             prescribers = scene_prescribers(scene, self.mesh)
             rows = prescribed_rows(self.mesh, self.coordinates, prescribers, self.q0, flat)
-            build = build_linear_constraints if linear else build_constraints
-            self.constraints = build(self.mesh, self.coordinates, prescribers, rows)
+            self.hub = scene_hub(scene, self.mesh, self.coordinates, self.q0, prescribers)
             self.row_lengths = _row_lengths(self.mesh, self.coordinates)
+            if self.hub is not None:
+                self.q0[self.hub.rows] = self.hub.state
+                self.row_lengths[self.hub.rows[1:]] = self.hub.radius
+                motion = hub_motion(scene, self.hub)
+                prescribers, rows = hold_hub(self.hub, scene.hub.mount, motion, prescribers, rows)
+            build = build_linear_constraints if linear else build_constraints
+            self.constraints = build(self.mesh, self.coordinates, prescribers, rows, self.hub)
         with clock.phase("compile"):
-            material = scene.material
-            self.mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
+            self.mass = self._mass()
+            self.creases = self._creases()
+            self.rigid_hub = self._rigid_hub()
+            room = sum(term.block_count for term in self._joining)
             degree = LINEAR_DEGREE if linear else scene.integrator.quadrature
-            self.membrane = Membrane(self.mesh, self.coordinates, material, degree, self.device)
+            self.membrane = Membrane(self.mesh, self.coordinates, scene.material, degree, self.device, room)
             self.contact_settings = self._contact_settings(scene) if scene.contact is not None else None
             self.contact = self._contact(scene) if scene.contact is not None else None
             self.friction = self._friction(scene)
         with clock.phase("setup"):
-            self.v0 = self._initial_velocity()
+            self.v0 = self._initial_velocity
             self.probe_places = [
                 locate(self.mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
                 for k, probe in enumerate(scene.probe)
@@ -140,13 +157,25 @@ class System:
     @cached_property
     def reduced_sparsity(self) -> ReducedSparsity:
         """Structure of T^T K T, which Newton, modes and the count of negative eigenvalues share."""
-        c = self.coordinates
-        return ReducedSparsity(c.elements, c.count, self.constraints.null_space, self.device)
+        return self.sparsity(self.constraints.null_space)
+
+    @property
+    def _joining(self) -> list:
+        """Terms that join other rows of q than elements do."""
+        return [term for term in (self.creases, self.rigid_hub) if term is not None]
+
+    def sparsity(self, transform: csr_matrix) -> ReducedSparsity:
+        """Structure of T^T K T for a transform T, (3n, m)."""
+        further = [term.rows for term in self._joining]
+        return ReducedSparsity(self.coordinates.elements, self.coordinates.count, transform, self.device, further)
 
     def evaluate(self, q: np.ndarray, contact: bool = True) -> Evaluation:
         """Energies and gradient at q (n, 3), with contact or as if layers passed through each other."""
         with self.clock.phase("assembly"):
             energy, gradient = self.membrane.gradient(q)
+            for term in self._joining:
+                more, part = term.gradient(q)
+                energy, gradient = energy + more, gradient + part
         if self.contact is None or not contact:
             return Evaluation(energy, 0.0, gradient)
         with self.clock.phase("contact"):
@@ -169,6 +198,13 @@ class System:
             if external is not None and external.pressures:
                 external.add_stiffness(q, blocks)
                 skew = external.skew_stiffness(q)
+            if self._joining:
+                blocks, first = self.membrane.storage.array, self.membrane.blocks.size
+            for term in self._joining:
+                more, part = term.gradient(q)
+                energy, gradient = energy + more, gradient + part
+                term.add_tangent(q, self.membrane.storage, first, geometric)
+                first += term.block_count
         if self.contact is None or not contact:
             return Linearization(energy, gradient, blocks, skew=skew)
         with self.clock.phase("contact"):
@@ -200,7 +236,9 @@ class System:
             return self.contact.gradient(q)[0] > 0.0
 
     def accept(self, q: np.ndarray) -> None:
-        """Tells the terms with memory (sides of contact pairs) that q is an accepted state."""
+        """Tells the terms with memory (sides of contact pairs, turns of fold angles) that q is an accepted state."""
+        if self.creases is not None:
+            self.creases.accept(q)
         if self.contact is not None:
             with self.clock.phase("contact"):
                 self.contact.accept(q)
@@ -214,15 +252,26 @@ class System:
         """Largest displacement that a row of a change of q, (n, 3) or (3n,), causes, m."""
         return float(np.max(self.row_lengths * np.linalg.norm(step.reshape(-1, 3), axis=1)))
 
+    @property
+    def total_mass(self) -> float:
+        """kg, of sheet, added masses and hub."""
+        return float(self.translation @ self.mass @ self.translation)
+
     def kinetic_energy(self, v: np.ndarray) -> float:
         """J."""
         return 0.5 * float(np.sum(v * (self.mass @ v)))
+
+    @property
+    def turns(self) -> bool:
+        """Whether a hub or an initial spin lets expect that everything turns."""
+        return self.hub is not None or any(load.kind == "initial_spin" for load in self.scene.load)
 
     @property
     def terms(self) -> list[str]:
         """Names of what is modelled."""
         material = self.scene.material
         names = [self.membrane.name]
+        names += [self.creases.name] if self.creases is not None else []
         if self.scene.analysis.kind == "dynamic":
             names += ["inertia"]
             names += ["mass damping"] if material.mass_damping > 0.0 else []
@@ -231,7 +280,9 @@ class System:
         names += [self.contact.name] if self.contact is not None else []
         names += [self.friction.name] if self.friction is not None else []
         names += [_load_name(load) for load in self.scene.load]
-        names += ["fold lines"] if np.any(self.constraints.sources < 0) else []
+        names += ["fold lines"] if np.any(self.mesh.edge_kinds == CREASE) else []
+        names += ["added masses"] if self.scene.mass else []
+        names += [f"{self.rigid_hub.name} ({self.scene.hub.mount})"] if self.rigid_hub is not None else []
         names += ["supports"] if self.scene.support else []
         names += ["drivers"] if self.scene.driver else []
         return names
@@ -239,7 +290,8 @@ class System:
     @property
     def kernel_modules(self) -> list[str]:
         """Warp modules that the scene compiles."""
-        terms = [self.membrane, *(p.term for p in self.external.pressures[:1])]
+        terms = [self.membrane, *(p.term for p in self.external.pressures)]
+        terms += [self.creases] if self.creases is not None else []
         terms += [self.contact] if self.contact is not None else []
         modules = [module for term in terms for module in term.kernel_modules]
         modules += [padded_pattern.KERNEL_MODULE] if self.contact is not None else []
@@ -298,7 +350,7 @@ class System:
         contact, material = scene.contact, scene.material
         if "auto" not in (contact.sts_stiffness, contact.nts_stiffness):
             return contact
-        velocities = self._initial_velocity()[self.coordinates.positions[self.coordinates.positions >= 0]]
+        velocities = self._initial_velocity[self.coordinates.positions[self.coordinates.positions >= 0]]
         approach = expected_approach(scene, self.mesh, self.constraints, velocities)
         speed = approach.speed if contact.expected_speed == "auto" else contact.expected_speed
         depth = contact.target_penetration * contact.thickness
@@ -318,21 +370,47 @@ class System:
             return None
         return FrictionLaw(self.mesh, self.coordinates, settings.friction, settings.friction_speed)
 
+    @cached_property
     def _initial_velocity(self) -> np.ndarray:
-        v = np.zeros_like(self.q0)
-        for k, load in enumerate(self.scene.load):
-            if load.kind == "initial_velocity":
-                vertices = select(load.at, self.mesh, f"load.{k}.at").vertices
-                v[self.coordinates.positions[vertices]] += np.asarray(load.value)
-        velocity, _ = self.constraints.derivatives(0.0)
-        c = self.constraints
-        free = c.null_space @ (c.left_inverse @ (v.ravel() - c.right_inverse @ velocity))
-        return (free + c.right_inverse @ velocity).reshape(v.shape)
+        return initial_velocity(self.scene, self.mesh, self.coordinates, self.constraints, self.hub, self.q0)
+
+    @cached_property
+    def translation(self) -> np.ndarray:
+        """(n,) what a unit translation of everything adds to q: 1 in rows of positions, 0 in those of gradients."""
+        rows = self.coordinates.positions[self.coordinates.positions >= 0]
+        translation = np.zeros(self.coordinates.count)
+        translation[rows if self.hub is None else np.append(rows, self.hub.first)] = 1.0
+        return translation
+
+    def _mass(self) -> csr_matrix:
+        material = self.scene.material
+        mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
+        for k, table in enumerate(self.scene.mass):
+            selection = select(table.at, self.mesh, f"mass.{k}.at")
+            mass = mass + table.value * added_mass(self.mesh, self.coordinates, selection)
+        if self.hub is not None:
+            table = self.scene.hub
+            diagonal = np.zeros(self.coordinates.count)
+            diagonal[self.hub.rows] = hub_masses(table.mass, table.axial_inertia, table.transverse_inertia)
+            mass = mass + diags(diagonal)
+        return csr_matrix(mass)
+
+    def _rigid_hub(self) -> RigidHub | None:
+        if self.hub is None:
+            return None
+        stress = spinning_stress(self.mass.diagonal()[self.hub.rows], hub_rate(self.scene, self.hub))
+        return RigidHub(self.hub.first, hub_stiffness(self.scene, self.hub), stress)
+
+    def _creases(self) -> CreaseSprings | None:
+        found = scene_springs(self.scene, self.pattern)
+        if found is None:
+            return None
+        return CreaseSprings(self.mesh, self.coordinates, found.edges, found.stiffness, found.rest, self.device)
 
     def _loads(self) -> tuple[tuple[DeadForce, ...], tuple[Pressure, ...]]:
         dead, pressures = [], []
         for k, load in enumerate(self.scene.load):
-            if load.kind == "initial_velocity":
+            if load.kind in ("initial_velocity", "initial_spin"):
                 continue
             profile = load.profile.factor()
             if load.kind == "gravity":
@@ -347,7 +425,12 @@ class System:
             if not inside.any():
                 raise InputError(f"load.{k}.at", "a selection without whole elements", "all corners of some elements")
             elements = np.flatnonzero(inside)
-            if load.follower:
+            if load.kind == "solar":
+                sides = [Side(**vars(side)) for side in (load.front, load.back)]
+                direction = np.asarray(load.direction)
+                term = Sunlight(self.mesh, self.coordinates, elements, direction, *sides, device=self.device)
+                pressures.append(Pressure(term, load.value, profile))
+            elif load.follower:
                 term = FollowerPressure(self.mesh, self.coordinates, elements, device=self.device)
                 pressures.append(Pressure(term, load.value, profile))
             else:
@@ -356,13 +439,13 @@ class System:
         return tuple(dead), tuple(pressures)
 
     def _weight(self) -> np.ndarray:
-        """(n,) generalized force of a unit acceleration of the whole sheet."""
-        translation = np.zeros(self.coordinates.count)
-        translation[self.coordinates.positions[self.coordinates.positions >= 0]] = 1.0
-        return self.mass @ translation
+        """(n,) generalized force of a unit acceleration of everything."""
+        return self.mass @ self.translation
 
 
 def _load_name(load) -> str:
+    if load.kind == "solar":
+        return Sunlight.name
     if load.kind != "pressure":
         return load.kind.replace("_", " ")
     return "follower pressure" if load.follower else "dead pressure"

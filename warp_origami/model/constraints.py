@@ -10,17 +10,24 @@ null space and right inverse come from small dense blocks: equations that repeat
     q = T y + P d(t),   C T = 0,   C P = 1,   y = R (q - P d)
 
 holds exactly. The unknowns y are slopes along creases wherever these determine the gradients, which keeps T sparse.
+
+Points that are fixed to a hub (hub.py) have equations C_0 q = B h with its rows h of q on the right. With L = P_0 B in
+the rows of the points and the columns of h, C = C_0 (1 - L), T = (1 + L) T_0, P = (1 + L) P_0 and R = R_0 (1 - L).
 """
 
 from collections import defaultdict
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix, identity
 
 from .coordinates import Coordinates
+from .hub import Hub
 from .mesh import CREASE, Mesh
 from .prescribed import PrescribedRows, Prescriber, prescribed_motion
+
+FOLD_SOURCE, TIE_SOURCE = -1, -2
+"""Sources of equations that nothing prescribes: folds, and what is fixed to a hub."""
 
 RANK_TOLERANCE = 1e-9
 CONDITIONING = (0.2, 0.02, 2e-3, 1e-5, RANK_TOLERANCE)
@@ -36,7 +43,7 @@ class Constraints:
         null_space: T, (3n, ny).
         right_inverse: P, (3n, m).
         left_inverse: R, (ny, 3n), R T = 1.
-        sources: (m,) row of `rows` that each equation comes from, -1 for a fold.
+        sources: (m,) row of `rows` that each equation comes from, FOLD_SOURCE or TIE_SOURCE.
         components: (m,) 0, 1, 2 for x, y, z.
         dropped: number of equations that repeat others.
         prescribers: supports and drivers.
@@ -53,8 +60,18 @@ class Constraints:
     prescribers: list[Prescriber]
     rows: PrescribedRows
 
+    @property
+    def folds(self) -> int:
+        """Number of equations of folds."""
+        return int(np.sum(self.sources == FOLD_SOURCE))
+
+    @property
+    def ties(self) -> int:
+        """Number of equations of what is fixed to a hub."""
+        return int(np.sum(self.sources == TIE_SOURCE))
+
     def values(self, time: float) -> np.ndarray:
-        """(m,) right-hand sides d(t): zero for folds."""
+        """(m,) right-hand sides d(t): zero for folds and ties."""
         return self._pick(prescribed_motion(self.prescribers, self.rows, time)[0])
 
     def derivatives(self, time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -70,18 +87,23 @@ class Constraints:
 
 
 def build_constraints(
-    mesh: Mesh, coordinates: Coordinates, prescribers: list[Prescriber], rows: PrescribedRows
+    mesh: Mesh, coordinates: Coordinates, prescribers: list[Prescriber], rows: PrescribedRows, hub: Hub | None = None
 ) -> Constraints:
-    """Equations of all folds and prescribers, vertex by vertex."""
+    """Equations of all folds, prescribers and points that are fixed to a hub, vertex by vertex."""
     folds = _fold_rows(mesh, coordinates)
     prescribed = defaultdict(list)
     for k, v in enumerate(rows.vertices):
         prescribed[int(v)].append(k)
     vertex_rows = _rows_of_vertices(mesh, coordinates)
+    ties = defaultdict(list)
+    if hub is not None:
+        vertex_rows[hub.vertex] = hub.rows
+        for tie in hub.ties:
+            ties[tie.vertex].append(tie)
 
     builder = _Builder()
     free = np.ones(coordinates.count, dtype=bool)
-    for v in sorted(folds.keys() | prescribed.keys()):
+    for v in sorted(folds.keys() | prescribed.keys() | ties.keys()):
         local = vertex_rows[v]
         free[local] = False
         directions = _slope_candidates(folds[v], local)
@@ -89,9 +111,14 @@ def build_constraints(
         for c in range(3):
             active = tuple(k for k in prescribed[v] if c in rows.components[k])
             if active not in cache:
-                entries = folds[v] + [rows.entries[k] for k in active]
+                entries = folds[v] + [tie.entries for tie in ties[v]] + [rows.entries[k] for k in active]
                 cache[active] = _eliminate(_dense(entries, local), directions)
-            builder.add(3 * local + c, c, [-1] * len(folds[v]) + list(active), cache[active])
+            sources = [FOLD_SOURCE] * len(folds[v]) + [TIE_SOURCE] * len(ties[v]) + list(active)
+            builder.add(3 * local + c, c, sources, cache[active])
+            if ties[v]:
+                right = np.zeros((len(sources), len(hub.rows)))
+                right[len(folds[v]) : len(folds[v]) + len(ties[v])] = [tie.hub for tie in ties[v]]
+                builder.tie(3 * local + c, 3 * hub.rows + c, cache[active], right)
     builder.add_free(np.flatnonzero(free))
     return builder.build(3 * coordinates.count, prescribers, rows)
 
@@ -99,7 +126,7 @@ def build_constraints(
 def _rows_of_vertices(mesh: Mesh, coordinates: Coordinates) -> dict[int, np.ndarray]:
     used = np.flatnonzero(coordinates.positions >= 0)
     starts = coordinates.positions[used]
-    ends = np.append(starts[1:], coordinates.count)
+    ends = np.append(starts[1:], coordinates.sheet_count)
     return {int(v): np.arange(a, b) for v, a, b in zip(used, starts, ends, strict=True)}
 
 
@@ -180,7 +207,7 @@ class _Builder:
     """Collects the small blocks into sparse matrices."""
 
     def __init__(self):
-        self.blocks = {"C": [], "T": [], "P": [], "R": []}
+        self.blocks = {"C": [], "T": [], "P": [], "R": [], "L": []}
         self.m = self.ny = self.dropped = 0
         self.sources, self.components = [], []
 
@@ -198,6 +225,11 @@ class _Builder:
         self.m += m
         self.ny += ny
 
+    def tie(self, index: np.ndarray, hub: np.ndarray, eliminated, right: np.ndarray) -> None:
+        """Right-hand sides of the equations just added, (equations, 4) times the rows of a hub in one component."""
+        kept, _, _, inverse, _ = eliminated
+        self._put("L", index, hub, inverse @ right[kept])
+
     def add_free(self, coordinates: np.ndarray) -> None:
         index = (3 * coordinates[:, None] + np.arange(3)).ravel()
         unknowns = self.ny + np.arange(len(index))
@@ -211,10 +243,17 @@ class _Builder:
 
     def build(self, size: int, prescribers: list[Prescriber], rows: PrescribedRows) -> Constraints:
         shapes = {"C": (self.m, size), "T": (size, self.ny), "P": (size, self.m), "R": (self.ny, size)}
+        shapes["L"] = (size, size)
         matrices = {}
         for name, blocks in self.blocks.items():
             i, j, w = (np.concatenate([b[k] for b in blocks]) if blocks else np.zeros(0) for k in range(3))
             matrices[name] = coo_matrix((w, (i.astype(int), j.astype(int))), shape=shapes[name]).tocsr()
+        lead = matrices.pop("L")
+        if lead.nnz:
+            one = identity(size, format="csr")
+            matrices = {k: m @ (one - lead) if k in "CR" else (one + lead) @ m for k, m in matrices.items()}
+            for matrix in matrices.values():
+                matrix.sort_indices()
         return Constraints(
             equations=matrices["C"],
             null_space=matrices["T"],

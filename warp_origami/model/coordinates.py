@@ -5,7 +5,7 @@ r_x, r_y of a sector (1). Elements of one sector share the gradients, which is (
 condition (48) between sectors is left to the constraints. Source: paper (6), (47)-(52).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -22,6 +22,7 @@ class Coordinates:
 
     Attributes:
         count: n, rows of q.
+        bodies: of these, rows of bodies fastened to the sheet, behind its own.
         positions: (nv,) row of r of each vertex; -1 for a vertex without elements.
         sector_vertices: (ns,) vertex of each sector.
         sector_gradients: (ns,) row of r_x of each sector; r_y is the next row.
@@ -35,6 +36,16 @@ class Coordinates:
     sector_gradients: np.ndarray
     element_sectors: np.ndarray
     elements: np.ndarray
+    bodies: int = 0
+
+    @property
+    def sheet_count(self) -> int:
+        """Rows of q of the sheet."""
+        return self.count - self.bodies
+
+    def with_bodies(self, rows: int) -> "Coordinates":
+        """The same with so many rows behind those of the sheet."""
+        return replace(self, count=self.sheet_count + rows, bodies=rows)
 
     def assemble(self, blocks: np.ndarray) -> csr_matrix:
         """(count, count) sum of element matrices (ne, 9, 9) that act on x, y, z alike."""

@@ -48,6 +48,12 @@ class Memory:
             for name in names
         }
 
+    @property
+    def spin(self) -> dict[str, np.ndarray]:
+        """Column of spin.csv -> (n,) values in the rows of `history`; empty without hub and initial spin."""
+        columns = self._records[0].spin if self._records else ()
+        return {column: np.array([record.spin[column] for record in self._records]) for column in columns}
+
     def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
         """Takes note of the scene; forgets what is newer than `resumed_at` (everything if None)."""
         limit = -np.inf if resumed_at is None else resumed_at

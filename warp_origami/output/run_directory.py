@@ -27,6 +27,7 @@ FILES = (
     "history.csv",
     "probes.csv",
     "reactions.csv",
+    "spin.csv",
     "scene.toml",
     NAME,
 )
@@ -79,11 +80,15 @@ class RunDirectory:
         self._tables["history"].append([record.history[column] for column in HISTORY_COLUMNS])
         self._tables["probes"].append([time, *(value for values in record.probes.values() for value in values)])
         self._tables["reactions"].append([time, *(value for values in record.reactions.values() for value in values)])
+        if record.spin:
+            self._tables["spin"].append([time, *record.spin.values()])
 
     def _open_tables(self, record: StepRecord) -> dict[str, CsvFile]:
         probes = [f"{name}.{column}" for name in record.probes for column in PROBE_COLUMNS]
         reactions = [f"{name}.{column}" for name in record.reactions for column in REACTION_COLUMNS]
         columns = {"history": HISTORY_COLUMNS, "probes": ("time", *probes), "reactions": ("time", *reactions)}
+        if record.spin:
+            columns["spin"] = ("time", *record.spin)
         return {name: CsvFile(self.path / f"{name}.csv", columns[name], self._resumed_at) for name in columns}
 
     def frame(self, frame: Frame) -> None:

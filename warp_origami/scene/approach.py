@@ -53,11 +53,13 @@ def expected_approach(scene: Scene, mesh: Mesh, constraints: Constraints, veloci
     acceleration = force = 0.0
     pressure = material.youngs_modulus * material.thickness * WORKING_STRAIN / mesh.size
     for load in scene.load:
-        if load.kind == "initial_velocity":
+        if load.kind in ("initial_velocity", "initial_spin"):
             continue
         factor = _largest(load.profile, scene.analysis.end)
         if load.kind == "pressure":
             here = abs(load.value) * factor
+        elif load.kind == "solar":
+            here = 2.0 * load.value * factor
         elif load.kind == "gravity":
             here = areal_mass * float(np.linalg.norm(load.acceleration)) * factor
         else:

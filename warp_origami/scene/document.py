@@ -9,6 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from .base import AsTuple, Table, fault
+from .bodies import CreaseSpring, Hub, Mass
 from .expected import Verification
 from .faults import input_error
 from .loads import Load
@@ -33,6 +34,11 @@ class Scene(Table):
     contact: Contact | None = Field(default=None, description="a table; without it there is no contact")
     support: Annotated[tuple[Support, ...], AsTuple] = Field(default=(), description="an array of tables [[support]]")
     driver: Annotated[tuple[Driver, ...], AsTuple] = Field(default=(), description="an array of tables [[driver]]")
+    crease: Annotated[tuple[CreaseSpring, ...], AsTuple] = Field(
+        default=(), description="an array of tables [[crease]]: springs along creases"
+    )
+    mass: Annotated[tuple[Mass, ...], AsTuple] = Field(default=(), description="an array of tables [[mass]]")
+    hub: Hub | None = Field(default=None, description="a table; without it there is no hub")
     load: Annotated[tuple[Load, ...], AsTuple] = Field(default=(), description="an array of tables [[load]]")
     integrator: Integrator = Field(default=Integrator(), description="a table")
     output: Output = Field(default=Output(), description="a table")
@@ -70,6 +76,8 @@ class Scene(Table):
         for key in ("driver", "load"):
             completed = tuple(self._with_profile(f"{key}.{i}", item) for i, item in enumerate(getattr(self, key)))
             object.__setattr__(self, key, completed)
+        if self.hub is not None and self.hub.mount == "driven":
+            object.__setattr__(self, "hub", self._with_profile("hub", self.hub))
         if self.contact is not None and self.contact.thickness is None:
             contact = self.contact.model_copy(update={"thickness": self.material.thickness})
             object.__setattr__(self, "contact", contact)
@@ -96,7 +104,9 @@ class Scene(Table):
         if "profile" not in type(item).model_fields:
             if self.analysis.kind != "dynamic":
                 raise fault(
-                    f"{place}.kind", f'"{item.kind}"', 'an initial velocity only where analysis.kind is "dynamic"'
+                    f"{place}.kind",
+                    f'"{item.kind}"',
+                    'an initial velocity or spin only where analysis.kind is "dynamic"',
                 )
             return item
         profile: Profile = item.profile or self._default_profile(item)
@@ -105,7 +115,7 @@ class Scene(Table):
         except PydanticCustomError as error:
             raise fault(f"{place}.profile.{error.context['key']}", *_got_wants(error)) from None
         initial = profile.factor()(0.0)
-        if isinstance(item, Driver) and initial != 0.0:
+        if isinstance(item, Driver | Hub) and initial != 0.0:
             raise fault(
                 f"{place}.profile",
                 f"factor {initial:g} at time 0",
@@ -116,7 +126,7 @@ class Scene(Table):
     def _default_profile(self, item: Any) -> Profile:
         if self.analysis.kind != "dynamic":
             return Profile(kind="linear")
-        return Profile(kind="smooth") if isinstance(item, Driver) else Profile(kind="constant")
+        return Profile(kind="smooth") if isinstance(item, Driver | Hub) else Profile(kind="constant")
 
 
 def _got_wants(error: PydanticCustomError) -> tuple[str, str]:

@@ -78,7 +78,7 @@ class Eliminated:
     def factorize(self, linearization: Linearization, multiple: float, damping: float) -> "NewtonFactor | None":
         with self.clock.phase("assembly"):
             matrix = self.tangent.symmetric(linearization, multiple, damping)
-            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0))
+            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0), multiple)
             given, solver = (matrix, self.solver) if skew is None else (matrix.full() + skew, self.general_solver)
         if self._last is not None:
             self._last.factor = None  # its memory serves the next one
@@ -126,7 +126,7 @@ class Multipliers:
         scale = 1.0 / (max(multiple, self.least_multiple) * self.mean_metric)
         with self.clock.phase("assembly"):
             matrix = self.tangent.symmetric(linearization, multiple, damping)
-            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0))
+            skew = self.tangent.skew(linearization, np.abs(matrix.values).max(initial=0.0), multiple)
             if skew is None:
                 given, solver = self._bordered(matrix, scale), self.solver
             else:

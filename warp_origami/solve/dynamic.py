@@ -128,6 +128,7 @@ class DynamicRun:
         """The state of a checkpoint."""
         state = RunState.from_arrays(arrays)
         restore_memory("contact", self.system.contact, arrays)
+        restore_memory("creases", self.system.creases, arrays)
         restore_memory("padding", self.stepper.constraint_form.padding, arrays)
         self.observer.start(self.system.scene, self.surface.submesh, state.kinematics.time)
         return state
@@ -264,7 +265,8 @@ class DynamicRun:
 
     def _checkpoint(self, state: RunState) -> dict[str, np.ndarray]:
         padding = pack_memory("padding", self.stepper.constraint_form.padding)
-        return state.arrays() | pack_memory("contact", self.system.contact) | padding
+        memory = pack_memory("contact", self.system.contact) | pack_memory("creases", self.system.creases)
+        return state.arrays() | memory | padding
 
     def finish(self, state: RunState, status: str, failure: Failure | None) -> dict:
         """Hands out what there is and returns the summary."""
@@ -272,6 +274,7 @@ class DynamicRun:
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()
             summary = summarize(self.system, self.stepper.constraint_form, state.balance, state.counters, status)
+            summary |= self.record.spin.summary(state.kinematics.q, state.kinematics.v)
             if failure is not None:
                 time_reached = state.kinematics.time
                 summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}

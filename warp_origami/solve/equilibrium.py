@@ -119,9 +119,7 @@ class EquilibriumSolver:
         self.metric = (material.youngs_modulus * material.thickness * foundation).tocsr()
         self.constraint_form = make_constraint_form(system, self.metric, least_multiple=1.0)
         self.tolerance = STEP_TOLERANCE * size
-        positions = system.coordinates.positions
-        translation = np.zeros((system.coordinates.count, 1))
-        translation[positions[positions >= 0]] = 1.0
+        translation = system.translation[:, None]
         along = [system.constraints.equations @ (translation * np.eye(3)[c]).ravel() for c in range(3)]
         self.free_directions = [c for c in range(3) if not np.any(np.abs(along[c]) > BALANCED)]
         area = float(system.mesh.areas.sum())
@@ -154,8 +152,7 @@ class EquilibriumSolver:
 
     def _adrift(self, q: np.ndarray, external: ExternalForce) -> Failure | None:
         """A failure where loads push the whole sheet along a direction in which nothing holds it."""
-        positions = self.system.coordinates.positions
-        forces = self.system.external_force(q, external)[positions[positions >= 0]]
+        forces = self.system.external_force(q, external)[self.system.translation > 0.0]
         total, size = forces.sum(axis=0), np.abs(forces).sum()
         for c in self.free_directions:
             if abs(total[c]) > BALANCED * size:
@@ -184,8 +181,8 @@ class EquilibriumSolver:
     def _ladders(self, start: np.ndarray, external: ExternalForce) -> list[list[Rung]]:
         """Ladders to try one after the other; contact, whose stiffness does not grow with the loads, bears no larger
         ones."""
-        material, positions = self.system.scene.material, self.system.coordinates.positions
-        forces = self.system.external_force(start, external)[positions[positions >= 0]]
+        material = self.system.scene.material
+        forces = self.system.external_force(start, external)[self.system.translation > 0.0]
         stiffness = material.youngs_modulus * material.thickness * self.system.mesh.size
         share = float(np.linalg.norm(forces, axis=1).sum()) / stiffness
         loads = load_ladder(material, share) if self.system.contact is None else []

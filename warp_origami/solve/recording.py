@@ -8,6 +8,7 @@ from warp_origami.terms.contact import ContactStatistics
 from .energy import EnergyBalance
 from .records import StepRecord
 from .sampling import Probes, Reactions
+from .spin import Spin
 
 
 class Recorder:
@@ -15,7 +16,7 @@ class Recorder:
 
     def __init__(self, system: System):
         self.system = system
-        self.probes, self.reactions = Probes(system), Reactions(system)
+        self.probes, self.reactions, self.spin = Probes(system), Reactions(system), Spin(system)
 
     def __call__(
         self,
@@ -56,7 +57,7 @@ class Recorder:
             "wrinkled": wrinkled,
             "slack": slack,
         }
-        return StepRecord(history, self.probes(q, v), self.reactions(prescribed, q))
+        return StepRecord(history, self.probes(q, v), self.reactions(prescribed, q), self.spin(q, v))
 
     def contacts(self) -> ContactStatistics:
         """Touching pairs of the last evaluated state."""

@@ -1,6 +1,6 @@
 """What a run hands out while it goes on: one record per accepted step, frames for the animation, the end."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -28,6 +28,7 @@ HISTORY_COLUMNS = (
 )
 PROBE_COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "von_mises", "s1", "s2")
 REACTION_COLUMNS = ("fx", "fy", "fz", "mx", "my", "mz")
+SPIN_COLUMNS = ("rate", "moment_of_inertia", "angular_momentum.x", "angular_momentum.y", "angular_momentum.z")
 
 
 @dataclass(frozen=True)
@@ -38,11 +39,13 @@ class StepRecord:
         history: value of each of HISTORY_COLUMNS (energies in J, step in s, penetration in m, area fractions).
         probes: name -> (9,) values of PROBE_COLUMNS (m, m/s, Pa).
         reactions: name of a support or driver -> (6,) force (N) and moment about the origin (N m) on the sheet.
+        spin: value of each of SPIN_COLUMNS (rad/s, kg m^2, N m s); empty for a scene without hub and initial spin.
     """
 
     history: dict[str, float]
     probes: dict[str, np.ndarray]
     reactions: dict[str, np.ndarray]
+    spin: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

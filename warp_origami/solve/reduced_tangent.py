@@ -8,11 +8,13 @@ from scipy.sparse import csr_matrix, identity, kron
 
 from warp_origami.system import Linearization, System
 from warp_origami.terms.padded_pattern import PaddedPattern
-from warp_origami.terms.sparsity import ReducedSparsity
 from warp_origami.terms.symmetric import SymmetricMatrix
 
 SKEW = 1e-13
 """Skew part over the largest entry of the tangent below which it is round-off: pressure on a held rim is symmetric."""
+
+SLIGHT = 1e-4
+"""Skew part over the least inertia of an unknown below which Newton does without it: it converges as fast."""
 
 
 class ReducedTangent:
@@ -29,10 +31,10 @@ class ReducedTangent:
         if null_space is system.constraints.null_space:
             self.sparsity = system.reduced_sparsity
         else:
-            coordinates = system.coordinates
-            self.sparsity = ReducedSparsity(coordinates.elements, coordinates.count, null_space, system.device)
+            self.sparsity = system.sparsity(null_space)
         reduced = null_space.T @ kron(metric, identity(3), format="csr") @ null_space
         self.metric_values = self.sparsity.values_of(reduced)
+        self._least_metric = float(self.metric_values[self.sparsity.pattern.indptr[:-1]].min(initial=np.inf))
         self.damping_values: np.ndarray | None = None
         self.padded = PaddedPattern(self.sparsity.pattern)
         self._values, self._share = np.empty_like(self.metric_values), np.empty_like(self.metric_values)
@@ -54,9 +56,11 @@ class ReducedTangent:
         reduced.sort_indices()
         return self.padded.add(values, reduced, linearization.contact_weights)
 
-    def skew(self, linearization: Linearization, largest: float) -> csr_matrix | None:
-        """The skew part of the matrix, None if it is round-off of entries as large as `largest`."""
+    def skew(self, linearization: Linearization, largest: float, multiple: float = 0.0) -> csr_matrix | None:
+        """The skew part of the matrix, None if it is round-off of entries as large as `largest`, or slight beside
+        the part m G, m = `multiple`."""
         if linearization.skew is None:
             return None
         skew = self.null_space.T @ linearization.skew @ self.null_space
-        return skew if np.abs(skew.data).max(initial=0.0) > SKEW * largest else None
+        slight = max(SKEW * largest, SLIGHT * multiple * self._least_metric)
+        return skew if np.abs(skew.data).max(initial=0.0) > slight else None

@@ -47,7 +47,7 @@ class Reactions:
     def __init__(self, system: System):
         constraints = system.constraints
         named = [(k, p.name) for k, p in enumerate(constraints.prescribers) if p.name is not None]
-        self.positions = system.coordinates.positions[system.coordinates.positions >= 0]
+        self.positions = np.flatnonzero(system.translation)
         owner = np.full(len(constraints.sources), -1)
         prescribed = constraints.sources >= 0
         owner[prescribed] = constraints.rows.prescribers[constraints.sources[prescribed]]

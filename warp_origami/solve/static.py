@@ -111,6 +111,7 @@ class StaticRun:
         """
         state = StaticState(**unpack(arrays, {field.name: field.type for field in fields(StaticState)}))
         restore_memory("contact", self.system.contact, arrays)
+        restore_memory("creases", self.system.creases, arrays)
         restore_memory("padding", self.solver.constraint_form.padding, arrays)
         self.observer.start(self.system.scene, self.surface.submesh, state.factor)
         return state
@@ -206,7 +207,8 @@ class StaticRun:
 
     def _checkpoint(self, state: StaticState) -> dict[str, np.ndarray]:
         padding = pack_memory("padding", self.solver.constraint_form.padding)
-        return pack(vars(state)) | pack_memory("contact", self.system.contact) | padding
+        memory = pack_memory("contact", self.system.contact) | pack_memory("creases", self.system.creases)
+        return pack(vars(state)) | memory | padding
 
     def finish(self, state: StaticState, status: str, failure: Failure | None) -> dict:
         """Hands out what there is and returns the summary."""

@@ -6,7 +6,6 @@ import numpy as np
 from scipy.sparse import csc_matrix, identity
 
 from warp_origami.system import System
-from warp_origami.terms.sparsity import ReducedSparsity
 from warp_origami.terms.symmetric import symmetric_part
 
 from .constraint_form import make_constraint_form
@@ -79,9 +78,7 @@ class Stepper:
         self.full_tangent = None
         if self.material.stiffness_damping > 0.0:
             size = 3 * system.coordinates.count
-            self.full_tangent = ReducedSparsity(
-                system.coordinates.elements, system.coordinates.count, identity(size, format="csr"), system.device
-            )
+            self.full_tangent = system.sparsity(identity(size, format="csr"))
 
     def start(self, step: float) -> tuple[Kinematics, Forces, EnergyBalance]:
         """Consistent initial state for a first step (s)."""
@@ -122,6 +119,10 @@ class Stepper:
         ahead = JERK_SHARE * step
         # along v only: the further term in a is of higher order and would multiply the round-off of stiff motion
         jerk = (acceleration(start + ahead, q + ahead * v, v + ahead * a) - a) / ahead
+        if self.system.turns:
+            # what turns leaves its circle along v by a strain that is even in `ahead`, and stiff
+            back = acceleration(start, q - ahead * v, v - ahead * a) - a
+            jerk = 0.5 * (jerk - back / ahead)
         held_jerk = (c.right_inverse @ (c.equations @ jerk.ravel())).reshape(q.shape)
         shifted = v + self.method.constraint_velocity_shift(step) * held_jerk
         kinematics = self.method.start(time, q, shifted, a, jerk, step)

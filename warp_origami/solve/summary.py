@@ -63,6 +63,7 @@ def summarize(system: System, constraint_form, balance: EnergyBalance, counters:
         "elements": len(system.mesh.triangles),
         "dofs": constraints.null_space.shape[1],
         "constraints": len(constraints.sources),
+        "mass": system.total_mass,
         "constraint_form": constraint_form.name,
         "linear_solver": constraint_form.solver.name,
         "terms": system.terms,

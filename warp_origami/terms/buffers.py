@@ -31,6 +31,14 @@ class Buffer:
         elif len(values):
             wp.copy(self.array, wp.array(values, dtype=self.array.dtype, device=self.array.device), count=len(values))
 
+    def write_at(self, begin: int, values: np.ndarray) -> None:
+        """Copies `values` to so many places from `begin` on, on the device."""
+        if self._view is not None:
+            self._view[begin : begin + len(values)] = values
+        else:
+            source = wp.array(values, dtype=self.array.dtype, device=self.array.device)
+            wp.copy(self.array, source, dest_offset=begin, count=len(values))
+
     def read(self) -> np.ndarray:
         """The values; on the CPU a view that the next launch overwrites."""
         return self.array.numpy() if self._view is None else self._view

@@ -48,22 +48,31 @@ def force_weights(mesh: Mesh, coordinates: Coordinates, selection: Selection) ->
     the whole sheet; selected edges of the boundary; elements with all corners selected; any mesh edges with both ends
     selected; else every vertex takes an equal share.
     """
+    kind, parts = carriers(mesh, selection)
+    if kind != "points":
+        return _even(surface_weights if kind == "elements" else _line_weights, mesh, coordinates, parts)
+    shares = np.zeros(coordinates.count)
+    shares[coordinates.positions[parts]] = 1.0 / len(parts)
+    return shares
+
+
+def carriers(mesh: Mesh, selection: Selection) -> tuple[str, np.ndarray]:
+    """What a load or a mass on a selection is spread over, as said in `force_weights`: "elements", "edges" or "points",
+    and their numbers."""
+    if selection.whole:
+        return "elements", np.arange(len(mesh.triangles))
     chosen = np.zeros(len(mesh.vertices), dtype=bool)
     chosen[selection.vertices] = True
-    if selection.whole:
-        return _even(surface_weights, mesh, coordinates, np.arange(len(mesh.triangles)))
     inner = np.flatnonzero(chosen[mesh.edges].all(axis=1))
     elements = np.flatnonzero(chosen[mesh.triangles].all(axis=1))
-    for weights, parts, vertices in (
-        (_line_weights, selection.edges, mesh.edges[selection.edges]),
-        (surface_weights, elements, mesh.triangles[elements]),
-        (_line_weights, inner, mesh.edges[inner]),
+    for kind, parts, vertices in (
+        ("edges", selection.edges, mesh.edges[selection.edges]),
+        ("elements", elements, mesh.triangles[elements]),
+        ("edges", inner, mesh.edges[inner]),
     ):
         if len(parts) and np.isin(selection.vertices, vertices).all():
-            return _even(weights, mesh, coordinates, parts)
-    shares = np.zeros(coordinates.count)
-    shares[coordinates.positions[selection.vertices]] = 1.0 / len(selection.vertices)
-    return shares
+            return kind, parts
+    return "points", selection.vertices
 
 
 def _even(weights, mesh: Mesh, coordinates: Coordinates, parts: np.ndarray) -> np.ndarray:

@@ -65,18 +65,26 @@ class Membrane:
         material: law and constants.
         degree: of the quadrature rule (6: 12 points).
         device: of Warp, "cpu" or "cuda:0".
+        room: blocks of the tangents of other terms, which follow those of the elements in memory.
 
     Attributes:
         name: for summaries, e.g. "membrane (srm)".
         kernel_modules: names of the Warp modules that are compiled for it.
         blocks: (ne, 45) Warp array of mat33, the element tangents of the last `linearize` on the device.
+        storage: Buffer of mat33, (45 ne + room,): these and what follows them.
 
     Raises:
         InputError: unknown material model.
     """
 
     def __init__(
-        self, mesh: Mesh, coordinates: Coordinates, material: Material, degree: int = 6, device: str = "cpu"
+        self,
+        mesh: Mesh,
+        coordinates: Coordinates,
+        material: Material,
+        degree: int = 6,
+        device: str = "cpu",
+        room: int = 0,
     ) -> None:
         if material.model not in LAWS:
             raise InputError("material.model", material.model, " or ".join(LAWS))
@@ -102,8 +110,8 @@ class Membrane:
         self._energy = Buffer(count, real, device)
         element_gradient = wp.zeros((count, NODES), dtype=vec3, device=device)
         self._gradient = Buffer(coordinates.count, vec3, device)
-        self._blocks = Buffer((count, PAIRS), mat33, device)
-        self.blocks = self._blocks.array
+        self.storage = Buffer(count * PAIRS + room, mat33, device)
+        self.blocks = self.storage.array[: count * PAIRS].reshape((count, PAIRS))
         outputs = [self._energy.array, element_gradient]
         self._launch_gradient = Launch(self._kernels.gradient, count, inputs, outputs, device, GRADIENT_GRAIN)
         self._strains = wp.zeros((count, len(areas)), dtype=vec3, device=device)
@@ -174,7 +182,7 @@ class Membrane:
         On the CPU the tangents are a view that the next call overwrites.
         """
         energy, gradient = self.linearize(q)
-        return energy, gradient, self._blocks.read()
+        return energy, gradient, self.storage.read()[: self.blocks.size].reshape(*self.blocks.shape, 3, 3)
 
     def set_stiffness_ratios(self, s1: float, s2: float) -> None:
         """Evaluates forces and tangents with other stiffness ratios than the material's from now on."""

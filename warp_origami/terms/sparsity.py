@@ -4,12 +4,13 @@ With q = T u + q_0 (T from the constraints, sparse) and element tangents K_e, th
 the numbers stored in the element blocks: values = L blocks. L is kept as a compressed map, for the lower triangle only.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import warp as wp
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, spmatrix, tril
 
 from warp_origami.kernels.gather import gather_scalars
-from warp_origami.kernels.membrane import NODES
 from warp_origami.kernels.precision import real
 
 from .buffers import Buffer
@@ -31,18 +32,32 @@ class ReducedSparsity:
         count: n, rows of q.
         transform: (3 n, m) sparse T; row 3 i + c is component c of row i of q. Empty rows are prescribed coordinates.
         device: where the element tangents live.
+        further: of each term that joins other rows of q than elements do, these rows (k, r); its tangents follow those
+            of the elements in memory, of the pairs i <= j of r rows.
 
     Attributes:
         size: m.
         pattern: of the lower triangle.
     """
 
-    def __init__(self, elements: np.ndarray, count: int, transform: csr_matrix, device: str = "cpu") -> None:
+    def __init__(
+        self,
+        elements: np.ndarray,
+        count: int,
+        transform: csr_matrix,
+        device: str = "cpu",
+        further: Sequence[np.ndarray] = (),
+    ) -> None:
         if transform.shape[0] != 3 * count:
             raise ValueError(f"transform: got {transform.shape[0]} rows, wants {3 * count}, three per row of q")
         self.size = transform.shape[1]
         self._device = device
-        terms = _expand(elements, transform.tocsr())
+        terms: list[list[np.ndarray]] = [[], [], [], []]
+        first_source = 0
+        for rows in (elements, *further):
+            for part, values in zip(terms, _expand(rows, transform.tocsr(), first_source), strict=True):
+                part += values
+            first_source += BLOCK * len(rows) * pairs_of(rows.shape[1])
         order, first, self.pattern = _sorted_slots(terms, self.size)
         source = np.concatenate(terms[2])
         all_one = all(np.all(part == 1.0) for part in terms[3])
@@ -98,18 +113,25 @@ class ReducedSparsity:
         return wp.array(blocks.reshape(-1), dtype=real, device=self._device, copy=False)
 
 
-def _expand(elements: np.ndarray, transform: csr_matrix) -> list[list[np.ndarray]]:
+def pairs_of(rows: int) -> int:
+    """Blocks of a tangent that joins so many rows: the pairs i <= j."""
+    return rows * (rows + 1) // 2
+
+
+def _expand(elements: np.ndarray, transform: csr_matrix, first_source: int) -> list[list[np.ndarray]]:
     """Terms T[a, alpha] K_ab T[b, beta] of all entries of all element tangents, folded into alpha >= beta.
 
-    values[row, column] += weight * blocks.ravel()[source], as four lists of arrays.
+    values[row, column] += weight * blocks.ravel()[source], as four lists of arrays; the elements' tangents begin at
+    `first_source`.
     """
     entries = np.diff(transform.indptr)
     start = transform.indptr[:-1]
     element = np.arange(len(elements))
-    pairs = [(i, j) for i in range(NODES) for j in range(i, NODES)]
+    nodes = elements.shape[1]
+    pairs = [(i, j) for i in range(nodes) for j in range(i, nodes)]
     parts: list[list[np.ndarray]] = [[], [], [], []]
     for pair, (i, j) in enumerate(pairs):
-        source = BLOCK * (len(pairs) * element + pair)
+        source = first_source + BLOCK * (len(pairs) * element + pair)
         for entry in range(BLOCK):
             c, d = divmod(entry, 3)
             if i == j and c > d:
