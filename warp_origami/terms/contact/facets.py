@@ -151,6 +151,8 @@ class FacetContact:
 
     def flat_points(self) -> np.ndarray:
         """(k, 2, 2) flat positions (m) of the two points of each of active_pairs()."""
+        if not len(self._active):
+            return np.zeros((0, 2, 2))
         parts = np.maximum(self._weights, 0.0), np.maximum(-self._weights, 0.0)
         flat = self._features.flat[self._corners()]
         return np.stack([np.einsum("kc,kcd->kd", part, flat) for part in parts], axis=1)
