@@ -1,16 +1,18 @@
 """Runs that are killed at random moments and resumed, against runs that are left alone: every number is the same.
 
-    python benchmarks/kill_resume.py [--moments 20] [--operations 60] [--seed 1] [--cases thrown,pulled,...]
+    python benchmarks/kill_resume.py [--moments 20] [--operations 40] [--full 20] [--seed 1] [--cases thrown,...]
 
-Moments: the command line as a process of its own is killed (SIGKILL) at a random time of its whole life, resumed, killed
+Moments: the command line as a process of its own is killed (SIGKILL) at a random time of its life, resumed, killed
 again while it resumes, and resumed to the end. Operations: a copy of this process, in which everything is imported and
 compiled, runs the scene and kills itself just before a random one of its operations on files (a file opened, put in
-its place, removed or synchronized, a row written by half); so does the run that resumes it. Compared are the bytes of
-the tables, all of the animation, and the summary but for times and memory. Prints every moment and the counts; exit
-code 1 if a number differs.
+its place, removed or synchronized, a row written by half); so does the run that resumes it. Full: from a random one of
+these operations on the disk is full; the run is to end with exit code 3, one line, and files that can be read, and goes
+on when there is room. Compared are the bytes of the tables, all of the animation, and the summary but for times and
+memory. Prints every moment and the counts; exit code 1 if anything is otherwise.
 """
 
 import argparse
+import errno
 import json
 import os
 import random
@@ -21,8 +23,17 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
+import tomli_w
+import warp
+from pxr import Sdf, Usd
+
+from warp_origami.cli import main as command
+from warp_origami.output.memory import Memory
+from warp_origami.scene import load_scene
+from warp_origami.solve.simulate import simulate
 
 FILM = {"density": 1420.0, "youngs_modulus": 2.5e9, "poisson_ratio": 0.34, "thickness": 5e-4}
 LEFT, RIGHT = {"box": [[0.0, 0.0], [0.0, 0.6]]}, {"box": [[0.6, 0.0], [0.6, 0.6]]}
@@ -45,9 +56,9 @@ CASES = {
         output={"fps": 2000, "fields": ["contact_pressure", "von_mises"]},
         probe=[{"name": "edge", "at": [0.0, 0.3]}],
     ),
-    # pulled by a driver whose velocity has kinks, held by multipliers, drawn at every step
+    # pulled by a driver whose velocity has kinks, held by multipliers
     "pulled": _case(
-        {"kind": "dynamic", "duration": 0.05},
+        {"kind": "dynamic", "duration": 0.1},
         {"creases_x": [1], "opening": 2.4},
         support=[{"name": "held", "at": LEFT, "fix": "xz"}],
         driver=[
@@ -60,7 +71,7 @@ CASES = {
             }
         ],
         integrator={"constraints": "multipliers"},
-        output={"fps": "steps"},
+        output={"fps": 300},
         probe=[{"name": "crease", "at": [0.3, 0.3]}],
     ),
     "blown": _case(
@@ -84,8 +95,6 @@ CHANGING = ("wall_seconds", "phases", "peak_memory_bytes")
 
 def differences(whole: Path, resumed: Path) -> list[str]:
     """Names of the results in which two finished runs differ."""
-    from pxr import Sdf
-
     found = [name for name in TABLES if (whole / name).read_bytes() != (resumed / name).read_bytes()]
     layers = [Sdf.Layer.OpenAsAnonymous(str(folder / "animation.usdc")) for folder in (whole, resumed)]
     if layers[0].ExportToString() != layers[1].ExportToString():
@@ -131,12 +140,11 @@ def _tell(name: str, moment: str, kills: int, found: list[str], counts: Counter)
     counts["kills"] += kills
 
 
-class Bomb:
-    """Kills this process before its operation number `at` on files in a folder; counts them."""
+class Fault:
+    """Kills this process before its operation number `at` on the files of a folder, or fills the disk then."""
 
-    def __init__(self, folder: Path, at: int | None):
-        self.folder, self.at, self.count = str(folder), at, 0
-        self.row = ""
+    def __init__(self, folder: Path, at: int | None, full: bool):
+        self.folder, self.at, self.full, self.count = str(folder), at, full, 0
 
     def install(self) -> None:
         """From now on; there is no way back."""
@@ -150,86 +158,125 @@ class Bomb:
             fsync(handle)
 
         def by_half(table: files.CsvFile, values: list[float]) -> None:
-            if self.count + 1 == self.at:
+            if self.count + 1 == self.at and not self.full:
                 table._file.write(b"0.12345,0.3")
             self._operation()
             append(table, values)
 
         os.fsync, files.CsvFile.append = counted_fsync, by_half
-        run_directory.SAVING_SHARE = float("inf")  # saves at every step: more places to be killed at
+        run_directory.SAVING_SHARE = float("inf")  # saves at every step: more places to fail at
 
     def _heard(self, event: str, arguments: tuple) -> None:
-        if event in ("open", "os.rename", "os.remove") and str(arguments[0]).startswith(self.folder):
+        if event not in ("open", "os.rename", "os.remove") or not str(arguments[0]).startswith(self.folder):
+            return
+        writes = event == "open" and arguments[2] & (os.O_WRONLY | os.O_RDWR)
+        if writes or not self.full:
             self._operation()
 
     def _operation(self) -> None:
         self.count += 1
-        if self.count == self.at:
-            os.kill(os.getpid(), signal.SIGKILL)
+        if self.at is None or self.count < self.at:
+            return
+        if self.full:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        os.kill(os.getpid(), signal.SIGKILL)
 
 
-def forked(work: Callable[[], None]) -> int:
-    """Exit code of a copy of this process that does some work: minus the signal if it was killed."""
-    child = os.fork()
-    if child == 0:
-        try:
-            work()
-        except BaseException:
-            traceback.print_exc()
-            os._exit(1)
-        os._exit(0)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+def forked(scene: Path, folder: Path, at: int | None = None, full: bool = False) -> tuple[int, str, int]:
+    """Runs or resumes a scene by the command line in a copy of this process, with a fault at an operation.
 
-
-def simulated(scene, folder: Path, at: int | None, told: Path | None = None) -> None:
-    """Runs or resumes a scene as the command line does, and dies at an operation; writes their number to `told`."""
-    from warp_origami.output.run_directory import RunDirectory, read_run
-    from warp_origami.solve.simulate import simulate
-
-    bomb = Bomb(folder, at)
-    bomb.install()
-    simulate(scene, RunDirectory(folder), resume=read_run(folder, scene), threads=1)
-    if told is not None:
-        told.write_text(str(bomb.count))
+    Returns its exit code (minus the signal if it was killed), what it said, and how many operations there were.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        said, count = Path(place, "said"), Path(place, "count")
+        child = os.fork()
+        if child == 0:
+            os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT), 2)
+            code, fault = 1, Fault(folder, at, full)
+            try:
+                fault.install()
+                command.main(["run", str(scene), "--out", str(folder), "--resume", "--threads", "1", "--quiet"])
+            except SystemExit as ended:
+                code = ended.code
+            except BaseException:
+                traceback.print_exc()
+            count.write_text(str(fault.count))
+            os._exit(code)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        operations = int(count.read_text()) if count.exists() else 0
+        return code, said.read_text(encoding="utf-8"), operations
 
 
 def at_operations(name: str, moments: int, chance: random.Random, folder: Path) -> Counter:
     """Kills copies of this process at random operations on files, twice each; counts what came of it."""
-    import warp
-
-    from warp_origami.scene import load_scene
-    from warp_origami.solve.simulate import simulate
-
-    warp.config.log_level = warp.LOG_WARNING
-    scene, counts = load_scene(folder / f"{name}.toml"), Counter()
-    from warp_origami.output.memory import Memory
-
-    simulate(scene, Memory(), threads=1)  # compiles
-    assert forked(lambda: simulated(scene, folder / "whole", None, folder / "count")) == 0
-    operations = int((folder / "count").read_text())
+    scene, counts = folder / f"{name}.toml", Counter()
+    operations = _prepared(scene, folder, full=False)
     for k in range(moments):
         place = folder / f"operation{k}"
         places = [chance.randint(1, operations) for _ in range(2)]
-        codes = [forked(lambda at=at, place=place: simulated(scene, place, at)) for at in (*places, None)]
+        codes = [forked(scene, place, at)[0] for at in (*places, None)]
         found = differences(folder / "whole", place) if codes[-1] == 0 else [f"exit code {codes[-1]}"]
         kills = codes.count(-signal.SIGKILL)
         _tell(name, f"killed at operations {places[0]} and {places[1]} of {operations}", kills, found, counts)
     return counts
 
 
+def at_full_disk(name: str, moments: int, chance: random.Random, folder: Path) -> Counter:
+    """Fills the disk at random operations on files, and goes on when there is room; counts what came of it."""
+    scene, counts = folder / f"{name}.toml", Counter()
+    operations = _prepared(scene, folder, full=True)
+    for k in range(moments):
+        place, at = folder / f"full{k}", chance.randint(1, operations)
+        code, said, _ = forked(scene, place, at, full=True)
+        found = [] if (code, said.count("\n")) == (3, 1) and os.strerror(errno.ENOSPC) in said else [f"{code}: {said}"]
+        found += unreadable(place)
+        code = forked(scene, place)[0]
+        found += differences(folder / "whole", place) if code == 0 else [f"exit code {code}"]
+        _tell(name, f"the disk was full from operation {at} of {operations} on", 0, found, counts)
+    return counts
+
+
+def unreadable(folder: Path) -> list[str]:
+    """Names of the files of a run that has ended anyhow which cannot be read."""
+    found = []
+    for path in sorted(folder.iterdir()):
+        lines = path.read_text(encoding="utf-8").split("\n") if path.suffix == ".csv" else [""]
+        if lines.pop() or len({line.count(",") for line in lines}) > 1:
+            found.append(path.name)
+        if path.suffix == ".usdc":
+            stage = Usd.Stage.Open(str(path))
+            found += [] if stage.GetDefaultPrim() else [path.name]
+        if path.suffix == ".json":
+            json.loads(path.read_text(encoding="utf-8"))
+        if path.suffix == ".npz":
+            np.load(path).close()
+        if "partial" in path.name:
+            found.append(path.name)
+    return found
+
+
+def _prepared(scene: Path, folder: Path, full: bool) -> int:
+    """Runs the scene as a whole; how many operations on files there were."""
+    simulate(load_scene(scene), Memory(), threads=1)  # what it compiles, the copies of this process have
+    code, said, operations = forked(scene, folder / "whole", full=full)
+    assert code == 0, said
+    return operations
+
+
 def main() -> int:
     """Runs what is asked for; exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--moments", type=int, default=20)
-    parser.add_argument("--operations", type=int, default=60)
+    parser.add_argument("--operations", type=int, default=40)
+    parser.add_argument("--full", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--cases", default=",".join(CASES))
     given = parser.parse_args()
-    import tomli_w
-
+    warp.config.log_level = warp.LOG_WARNING
     names, total = given.cases.split(","), Counter()
     print(f"seed {given.seed}")
-    for kind, moments in ((at_moments, given.moments), (at_operations, given.operations)):
+    parts = ((at_moments, given.moments), (at_operations, given.operations), (at_full_disk, given.full))
+    for kind, moments in parts:
         for k, name in enumerate(names):
             share = moments // len(names) + (k < moments % len(names))
             if share == 0:
@@ -238,8 +285,8 @@ def main() -> int:
                 folder = Path(place)
                 (folder / f"{name}.toml").write_text(tomli_w.dumps(CASES[name]), encoding="utf-8")
                 total += kind(name, share, random.Random(f"{given.seed} {name}"), folder)
-    print(f"{total['same'] + total['different']} moments, {total['kills']} kills: {total['same']} runs with the same")
-    print(f"numbers, {total['different']} with others")
+    moments = total["same"] + total["different"]
+    print(f"{moments} moments, {total['kills']} kills: {total['same']} the same, {total['different']} different")
     return 1 if total["different"] else 0
 
 
