@@ -1,4 +1,4 @@
-"""Killed runs and full disks: resumed, they give the same numbers, however they ended; see benchmarks/kill_resume.py."""
+"""Killed runs and full disks: resumed, they give the same numbers; see benchmarks/kill_resume.py."""
 
 import re
 import subprocess
