@@ -28,7 +28,7 @@ ARROWS = {
     # files and progress observe a run: they know its records and nothing else of solve
     "output": {"output", "solve.records", "scene", "model", "errors", "clock"},
     "api": {"output", "solve", "scene", "model", "errors"},
-    "study": {"study", "api", "solve", "scene", "scenes", "output", "model", "errors", "clock"},
+    "study": {"study", "api", "solve", "scene", "scenes", "output", "terms.threads", "model", "errors", "clock"},
     "cli": {"study", "output", "solve", "description", "scene", "scenes", "errors", "clock"},
     "__init__": {"api", "scene", "errors"},
     "__main__": {"cli"},
