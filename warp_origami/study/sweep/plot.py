@@ -57,6 +57,8 @@ def _panel(axes, study: Study, rows: Sequence[Row], name: str, k: int) -> None:
     for label, members in _series(study, rows, k).items():
         points = [(place(row.run.values[k]), row.numbers.get(name)) for row in members]
         points = sorted((x, y) for x, y in points if y is not None)
+        if not points:
+            continue
         style = "o-" if study.sampling.kind != "latin_hypercube" and _is_line(study, points) else "o"
         axes.plot([x for x, _ in points], [y for _, y in points], style, ms=4, lw=1, label=label)
     lost = [place(row.run.values[k]) for row in rows if row.outcome.status != DONE]
