@@ -19,6 +19,11 @@ from .local import TRIES, Job
 from .outcome import LOST, Outcome
 from .worker import SCENE
 
+PIPES = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+
+WATCHED_EVERY = 1.0
+"""Seconds between looks at whether a run is still wanted."""
+
 CONNECT = "20s"
 """How long a scheduler may take to answer."""
 
@@ -61,7 +66,7 @@ class ClusterWorkers:
                     run_here, task, fold, key=f"warp_origami-{job.digest}", retries=TRIES - 1, pure=False
                 )
                 futures[future] = job
-            for future in self._distributed.as_completed(list(futures)):
+            for future in self._distributed.as_completed(list(futures), loop=self._client.loop):
                 yield futures[future], self._taken(future, futures[future])
                 future.release()
         finally:
@@ -105,14 +110,26 @@ def run_here(task: dict, fold: bytes | None) -> tuple[dict, dict[str, bytes]]:
         run.mkdir()
         (run / SCENE).write_text(tomli_w.dumps(tables), encoding="utf-8")
         asked = {"folder": str(run), "until": task["until"], "limit": task["limit"]}
-        ended = subprocess.run(
-            [sys.executable, "-m", "warp_origami.study.sweep.worker"],
-            input=json.dumps(asked) + "\n",
-            capture_output=True,
-            text=True,
-        )
-        answers = [json.loads(line) for line in ended.stdout.splitlines()]
+        process = subprocess.Popen([sys.executable, "-m", "warp_origami.study.sweep.worker"], text=True, **PIPES)
+        said, errors = _conversation(process, json.dumps(asked) + "\n")
+        answers = [json.loads(line) for line in said.splitlines()]
         if len(answers) < 2:
-            words = (ended.stderr.strip().splitlines() or [""])[-1]
-            raise RuntimeError(f"the process of the run died with exit code {ended.returncode}: {words}")
+            words = (errors.strip().splitlines() or [""])[-1]
+            raise RuntimeError(f"the process of the run died with exit code {process.returncode}: {words}")
         return answers[-1], {path.name: path.read_bytes() for path in run.iterdir() if path.is_file()}
+
+
+def _conversation(process: subprocess.Popen, asked: str) -> tuple[str, str]:
+    """What a process answers and writes to its standard error; it is ended when nobody waits for the task any more."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    key, question = worker.get_current_task(), asked
+    while True:
+        try:
+            return process.communicate(question, timeout=WATCHED_EVERY)
+        except subprocess.TimeoutExpired:
+            question = None  # given already
+        task = worker.state.tasks.get(key)
+        if task is None or task.state == "cancelled":
+            process.terminate()
