@@ -3,7 +3,6 @@
 import contextlib
 import json
 import subprocess
-import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -15,7 +14,7 @@ from warp_origami.errors import InputError
 from warp_origami.output.files import replacing
 from warp_origami.scene.toml import read_toml
 
-from .local import TRIES, Job
+from .local import COMMAND, TRIES, Job
 from .outcome import LOST, Outcome
 from .worker import SCENE
 
@@ -110,7 +109,7 @@ def run_here(task: dict, fold: bytes | None) -> tuple[dict, dict[str, bytes]]:
         run.mkdir()
         (run / SCENE).write_text(tomli_w.dumps(tables), encoding="utf-8")
         asked = {"folder": str(run), "until": task["until"], "limit": task["limit"]}
-        process = subprocess.Popen([sys.executable, "-m", "warp_origami.study.sweep.worker"], text=True, **PIPES)
+        process = subprocess.Popen(COMMAND, text=True, **PIPES)
         said, errors = _conversation(process, json.dumps(asked) + "\n")
         answers = [json.loads(line) for line in said.splitlines()]
         if len(answers) < 2:

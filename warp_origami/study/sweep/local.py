@@ -18,6 +18,9 @@ from warp_origami.terms.threads import available_cores
 
 from .outcome import LOST, Outcome
 
+COMMAND = [sys.executable, "-m", "warp_origami.study.sweep.worker"]
+"""Starts a worker."""
+
 TRIES = 3
 """How often a run is begun or resumed whose worker dies."""
 
@@ -163,7 +166,7 @@ class LocalWorkers:
 def _start() -> _Worker:
     errors = tempfile.TemporaryFile()
     process = subprocess.Popen(
-        [sys.executable, "-m", "warp_origami.study.sweep.worker"],
+        COMMAND,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=errors,
