@@ -56,7 +56,7 @@ def rows(path):
 
 
 def test_every_command_has_help_with_every_option_described(warp_origami):
-    assert set(main.commands) == {"list", "check", "run", "verify", "pareto"}
+    assert set(main.commands) == {"list", "check", "run", "verify", "pareto", "sweep"}
     for name, command in main.commands.items():
         assert command.help
         text = warp_origami(name, "--help").output

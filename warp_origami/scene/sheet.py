@@ -13,6 +13,7 @@ from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAU
 from warp_origami.model.ring_mesh import GRADINGS
 
 from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
+from .faults import show
 
 REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
 UNFOLDED_WANTS = '"flat" or { stretch = [a, b] }'
@@ -175,8 +176,12 @@ class Fold(PatternTable):
     @model_validator(mode="after")
     def _complete(self):
         path = Path(self.file).absolute()
-        if not path.is_file():
-            raise fault("file", f"{str(path)!r}, where no file is", "path of a readable FOLD file")
+        try:
+            there = path.is_file()  # neither a pipe nor a device
+        except (OSError, ValueError):  # a name that no file can have
+            there = False
+        if not there:
+            raise fault("file", f"{show(str(path))}, where no file is", "path of a readable FOLD file")
         object.__setattr__(self, "file", str(path))
         if self.initial is None:
             object.__setattr__(self, "initial", "flat" if read_fold(path).stowed is None else "stowed")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from ..fold import read_fold
+from ..limits import check_counts, check_elements
 from ..pattern import Pattern
 from ..refine import refine_pattern
 from .annulus import annulus
@@ -33,11 +34,17 @@ def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refi
     if refine < 1:
         raise InputError("pattern.refine", refine, "at least 1")
     if kind == "fold":
-        return refine_pattern(read_fold(Path(directory) / parameters["file"]), refine)
+        return _refined(read_fold(Path(directory) / parameters["file"]), refine)
     if kind not in GENERATORS:
         raise InputError("pattern.kind", repr(kind), f"one of fold, {', '.join(GENERATORS)}")
     try:
         signature(GENERATORS[kind]).bind(**parameters)
     except TypeError as error:
         raise InputError("pattern", str(error), f"the parameters of {kind}") from None
-    return refine_pattern(GENERATORS[kind](**parameters), refine)
+    check_counts(parameters)
+    return _refined(GENERATORS[kind](**parameters), refine)
+
+
+def _refined(pattern: Pattern, n: int) -> Pattern:
+    check_elements("pattern.refine", len(pattern.mesh.triangles) * n**2)
+    return refine_pattern(pattern, n)
