@@ -100,7 +100,7 @@ def load_frames(path: Path) -> list[Frame]:
 
 def _load_json(path: Path) -> dict:
     try:
-        if not path.is_file():
+        if path.exists() and not path.is_file():  # a pipe or a device would be read for ever
             raise InputError(f"{path}", "no regular file", "a FOLD file")
         with path.open("rb") as file:
             content = file.read(MAX_BYTES + 1)

@@ -13,7 +13,6 @@ from warp_origami.model.generators.leaf_in import DEFAULT_CORNER_DISTANCE, DEFAU
 from warp_origami.model.ring_mesh import GRADINGS
 
 from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2, fault
-from .faults import show
 
 REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
 UNFOLDED_WANTS = '"flat" or { stretch = [a, b] }'
@@ -181,7 +180,9 @@ class Fold(PatternTable):
         except (OSError, ValueError):  # a name that no file can have
             there = False
         if not there:
-            raise fault("file", f"{show(str(path))}, where no file is", "path of a readable FOLD file")
+            name = repr(str(path))
+            shown = name if len(name) <= 300 else f"{name[:100]}...{name[-100:]}"
+            raise fault("file", f"{shown}, where no file is", "path of a readable FOLD file")
         object.__setattr__(self, "file", str(path))
         if self.initial is None:
             object.__setattr__(self, "initial", "flat" if read_fold(path).stowed is None else "stowed")
