@@ -196,7 +196,9 @@ class Material(Table):
     """Linear elastic or wrinkling (stiffness reduction) membrane, with Rayleigh damping."""
 
     density: Positive = Field(description="a number > 0: density, kg/m^3")
-    youngs_modulus: Positive = Field(description="a number > 0: Young's modulus, Pa")
+    youngs_modulus: Annotated[Positive, Field(le=1e15)] = Field(
+        description="a number > 0 and <= 1e15: Young's modulus, Pa"
+    )
     poisson_ratio: Annotated[Number, Field(gt=-1.0, lt=0.5)] = Field(description="a number between -1 and 0.5")
     thickness: Positive = Field(description="a number > 0: thickness, m")
     model: Literal["srm", "linear"] = Field(default="srm", description='"srm" (wrinkling) or "linear"')
