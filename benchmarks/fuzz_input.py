@@ -30,9 +30,9 @@ from unittest import mock
 
 import tomli_w
 from click.testing import CliRunner
+from warp_origami.scenes import bundled_scenes
 
 from warp_origami.cli import main as command
-from warp_origami.scenes import bundled_scenes
 
 LIMIT, MEMORY = 20.0, 8 << 30
 SCENES = (
