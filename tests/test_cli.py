@@ -136,7 +136,15 @@ def test_scene_that_cannot_be_modelled_exits_2_and_writes_nothing(warp_origami, 
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--until", "0"], ["--until", "nan"], ["--threads", "0"], ["--colour"], ["--out", "bending.toml"]]
+    "arguments",
+    [
+        ["--until", "0"],
+        ["--until", "nan"],
+        ["--threads", "0"],
+        ["--colour"],
+        ["--out", "bending.toml"],
+        ["--out", "x" * 5000],
+    ],
 )
 def test_wrong_options_exit_2(warp_origami, scene_file, tmp_path, arguments):
     assert warp_origami("run", scene_file, *arguments).exit_code == 2

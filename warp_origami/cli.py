@@ -316,7 +316,11 @@ def _report(summary: dict, folder: Path, quiet: bool) -> int:
 
 def _check_folder(folder: Path) -> None:
     """Refuses a place where no folder can be, before anything is computed."""
-    existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
+    try:
+        existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError("--out", f"{str(folder)[:100]!r} ({reason})", "the path of a folder") from None
     if not existing.is_dir():
         raise InputError("--out", f"{str(existing)!r}, which is a file", "the path of a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
