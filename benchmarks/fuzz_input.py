@@ -34,7 +34,7 @@ from warp_origami.scenes import bundled_scenes
 
 from warp_origami.cli import main as command
 
-LIMIT, MEMORY = 20.0, 8 << 30
+LIMIT, MEMORY = 60.0, 8 << 30
 SCENES = (
     "single_fold",
     "leaf_in",

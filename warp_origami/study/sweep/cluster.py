@@ -2,9 +2,11 @@
 
 import contextlib
 import json
+import logging
 import subprocess
 import tempfile
 import tomllib
+import uuid
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -40,6 +42,7 @@ class ClusterWorkers:
         except ImportError:
             wants = 'the extra "dask": pip install "warp-origami[dask]"'
             raise InputError("--scheduler", f"{address}, but Dask is not installed", wants) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what is lost is told in the table
         self._distributed = distributed
         try:
             self._client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
@@ -61,9 +64,8 @@ class ClusterWorkers:
                 fold = _fold_file(job)
                 # Dask itself gives a task of a worker that died to another one, distributed.scheduler.allowed-failures
                 # times; a process on the worker that died is `retries`
-                future = self._client.submit(
-                    run_here, task, fold, key=f"warp_origami-{job.digest}", retries=TRIES - 1, pure=False
-                )
+                key = f"warp_origami-{job.digest}-{uuid.uuid4().hex[:8]}"
+                future = self._client.submit(run_here, task, fold, key=key, retries=TRIES - 1)
                 futures[future] = job
             for future in self._distributed.as_completed(list(futures), loop=self._client.loop):
                 yield futures[future], self._taken(future, futures[future])
