@@ -13,7 +13,7 @@ from warp_origami.scene.expression import parse
 from warp_origami.scene.faults import input_error
 from warp_origami.scene.toml import DEEPEST, read_toml
 
-MOST_RUNS = 100_000
+MOST_RUNS = 10_000
 """In a study."""
 
 KEY = rf"^\w+(\.\w+){{0,{DEEPEST - 1}}}$"
