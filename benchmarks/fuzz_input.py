@@ -64,7 +64,7 @@ def _containers(value: object) -> Iterator[dict | list]:
             yield from _containers(item)
 
 
-def _mutate(root: dict, chance: random.Random, nasty: list) -> None:
+def mutate(root: dict, chance: random.Random, nasty: list) -> None:
     """One change of structure or value, somewhere."""
     place = chance.choice([one for one in _containers(root) if one] or [root])
     keys = list(place) if isinstance(place, dict) else list(range(len(place)))
@@ -113,7 +113,7 @@ def _change(root: dict, chance: random.Random, nasty: list) -> None:
         if numbers:
             _stretch(root, chance)
         else:
-            _mutate(root, chance, nasty)
+            mutate(root, chance, nasty)
 
 
 def _tampered(content: bytes, chance: random.Random) -> bytes:

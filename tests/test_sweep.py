@@ -1,17 +1,23 @@
 """Studies: points, what is refused, what is made, kept, tried again and recorded, in processes and on a cluster."""
 
+import copy
 import csv
 import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
+import fuzz_input
 import numpy as np
 import pytest
+import tomli_w
 from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import warp_origami as wo
 from warp_origami.cli import main
@@ -181,6 +187,28 @@ def test_a_wrong_study_exits_2_and_writes_nothing(folder, monkeypatch, change, o
     assert ended.exit_code == 2, ended.output
     assert says in ended.stderr and "Traceback" not in ended.stderr
     assert sorted(path.name for path in folder.iterdir()) == ["film.toml", "s.toml"]
+
+
+@settings(max_examples=200, deadline=None, derandomize=True, database=None)
+@given(st.randoms(use_true_random=False))
+def test_a_study_that_has_been_tampered_with_is_refused_in_words_or_planned(chance):
+    stretch = {"key": "driver.0.overstretch", "normal": [1e-3, 1e-4]}
+    tables = copy.deepcopy(STUDY) | {
+        "scene": "single_fold",
+        "sampling": {"kind": "latin_hypercube", "count": 3, "seed": 1},
+        "parameter": [{"key": "pattern.nx", "range": [2, 8], "integer": True}, stretch, copy.deepcopy(THICKNESS)],
+        "result": [{"name": "force", "of": "max(reactions.pulled.fx) / 2"}],
+        "plot": {"of": ["force"]},
+    }
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        fuzz_input.mutate(tables, chance, fuzz_input.NASTY)
+    with tempfile.TemporaryDirectory() as place:
+        path = Path(place, "study.toml")
+        path.write_text(tomli_w.dumps(tables), encoding="utf-8")
+        try:
+            plan(*load_study(path))
+        except wo.InputError as error:
+            assert all(": got " in line and ", wants " in line for line in str(error).splitlines())
 
 
 def test_all_runs_are_made_and_stand_in_the_table(folder):

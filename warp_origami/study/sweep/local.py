@@ -1,16 +1,16 @@
 """Runs in processes on this machine, each on one thread."""
 
 import json
-import os
-import select
+import queue
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -52,7 +52,7 @@ class Job:
     limit: float | None
 
 
-@dataclass
+@dataclass(eq=False)
 class _Worker:
     """A process, what it is at, and what it has written to its standard error."""
 
@@ -60,7 +60,7 @@ class _Worker:
     errors: BinaryIO
     job: Job | None = None
     ready: bool = False
-    unread: bytes = field(default=b"")
+    relay: threading.Thread | None = None
 
     def last_words(self) -> str:
         """Last line of the standard error."""
@@ -76,6 +76,7 @@ class LocalWorkers:
         """`count` processes at the most, as many as there are cores by default."""
         self.count = count or available_cores()
         self._workers: list[_Worker] = []
+        self._heard: queue.Queue[tuple[_Worker, bytes]] = queue.Queue()
         self._tries: dict[str, int] = {}
         self._stillborn = 0
 
@@ -90,16 +91,16 @@ class LocalWorkers:
         Raises:
             NoWorkers: workers die before they can work.
         """
-        waiting = deque(jobs)
+        waiting, self._heard = deque(jobs), queue.Queue()
         try:
             while waiting or any(worker.job for worker in self._workers):
                 while len(self._workers) < min(self.count, len(waiting) + len(self.processes)):
-                    self._workers.append(_start())
+                    self._workers.append(_start(self._heard))
                 for worker in self._workers:
                     if worker.ready and worker.job is None and waiting:
                         self._give(worker, waiting.popleft())
-                for worker in self._heard():
-                    yield from self._listen(worker, waiting)
+                with suppress(queue.Empty):  # waits in parts, so that Ctrl-C is heard everywhere
+                    yield from self._listen(*self._heard.get(timeout=1.0), waiting)
         finally:
             self.close()
 
@@ -111,25 +112,17 @@ class LocalWorkers:
             worker.process.stdin.write(json.dumps(asked).encode() + b"\n")
             worker.process.stdin.flush()
 
-    def _heard(self) -> list[_Worker]:
-        """Workers that have said something or have died."""
-        streams = {worker.process.stdout.fileno(): worker for worker in self._workers}
-        found, _, _ = select.select(list(streams), [], [], 1.0)
-        return [streams[number] for number in found]
-
-    def _listen(self, worker: _Worker, waiting: deque[Job]) -> Iterator[tuple[Job, Outcome]]:
-        content = os.read(worker.process.stdout.fileno(), 1 << 16)
-        if not content:
+    def _listen(self, worker: _Worker, line: bytes, waiting: deque[Job]) -> Iterator[tuple[Job, Outcome]]:
+        """What follows from a line of a worker, or, where it is empty, from its death."""
+        if not line:
             yield from self._bury(worker, waiting)
             return
-        *lines, worker.unread = (worker.unread + content).split(b"\n")
-        for line in lines:
-            told = json.loads(line)
-            if "ready" in told:
-                worker.ready, self._stillborn = True, 0
-            elif worker.job is not None:
-                job, worker.job = worker.job, None
-                yield job, Outcome(told["status"], told["message"])
+        told = json.loads(line)
+        if "ready" in told:
+            worker.ready, self._stillborn = True, 0
+        elif worker.job is not None:
+            job, worker.job = worker.job, None
+            yield job, Outcome(told["status"], told["message"])
 
     def _bury(self, worker: _Worker, waiting: deque[Job]) -> Iterator[tuple[Job, Outcome]]:
         """A worker has died: its run is put back, or given up after TRIES."""
@@ -163,7 +156,8 @@ class LocalWorkers:
         self._workers.clear()
 
 
-def _start() -> _Worker:
+def _start(heard: queue.Queue) -> _Worker:
+    """A worker whose lines, and an empty one at its end, get into a queue."""
     errors = tempfile.TemporaryFile()
     process = subprocess.Popen(
         COMMAND,
@@ -172,10 +166,22 @@ def _start() -> _Worker:
         stderr=errors,
         start_new_session=True,  # Ctrl-C reaches this program alone, which then ends what it started
     )
-    return _Worker(process, errors)
+    worker = _Worker(process, errors)
+    worker.relay = threading.Thread(target=_relay, args=(worker, heard), daemon=True)
+    worker.relay.start()
+    return worker
+
+
+def _relay(worker: _Worker, heard: queue.Queue) -> None:
+    for line in worker.process.stdout:
+        if line.endswith(b"\n"):  # else it died while it wrote
+            heard.put((worker, line))
+    heard.put((worker, b""))
 
 
 def _close(worker: _Worker) -> None:
+    """Closes the pipes of a process that has ended."""
+    worker.relay.join()
     with suppress(BrokenPipeError):
         worker.process.stdin.close()
     worker.process.stdout.close()

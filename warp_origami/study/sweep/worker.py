@@ -45,7 +45,7 @@ class Watch:
         """Interrupts the run where it is time; it ends after this step, with a checkpoint."""
         self.late = time.monotonic() > self.deadline
         if self.late or os.getppid() != self.parent:
-            os.kill(os.getpid(), signal.SIGTERM)
+            signal.raise_signal(signal.SIGTERM)
 
     def frame(self, frame: Frame) -> None:
         """Nothing to watch."""
