@@ -56,7 +56,8 @@ def rows(path):
 
 
 def test_every_command_has_help_with_every_option_described(warp_origami):
-    assert set(main.commands) == {"list", "check", "run", "report", "verify", "pareto", "draw", "fold"}
+    known = {"list", "check", "run", "report", "verify", "pareto", "draw", "fold", "sweep"}
+    assert set(main.commands) == known
     for name, command in main.commands.items():
         assert command.help
         text = warp_origami(name, "--help").output
@@ -136,7 +137,15 @@ def test_scene_that_cannot_be_modelled_exits_2_and_writes_nothing(warp_origami, 
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--until", "0"], ["--until", "nan"], ["--threads", "0"], ["--colour"], ["--out", "bending.toml"]]
+    "arguments",
+    [
+        ["--until", "0"],
+        ["--until", "nan"],
+        ["--threads", "0"],
+        ["--colour"],
+        ["--out", "bending.toml"],
+        ["--out", "x" * 5000],
+    ],
 )
 def test_wrong_options_exit_2(warp_origami, scene_file, tmp_path, arguments):
     assert warp_origami("run", scene_file, *arguments).exit_code == 2

@@ -29,7 +29,9 @@ ARROWS = {
     # files and progress observe a run: they know its records and nothing else of solve
     "output": {"output", "solve.records", "scene", "model", "errors", "clock", "machine"},
     "api": {"output", "solve", "scene", "model", "errors"},
-    "study": {"study", "api", "solve", "scene", "scenes", "output", "model", "errors", "clock", "machine"},
+    "study": {
+        *("study", "api", "solve", "scene", "scenes", "output", "terms.threads", "model", "errors", "clock", "machine"),
+    },
     "cli": {"study", "output", "solve", "description", "scene", "scenes", "errors", "clock"},
     "__init__": {"api", "scene", "errors"},
     "__main__": {"cli"},

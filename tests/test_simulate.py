@@ -206,6 +206,12 @@ def test_frames_come_at_the_frame_rate_and_lie_on_the_motion():
     assert [frame.time for frame in every.frames] == every.history["time"].tolist()
 
 
+def test_contact_pressure_is_drawn_where_nothing_has_been_near_yet():
+    fold = {"creases_x": [1], "opening": 0.1}
+    result = run(film(0.01, fold, contact={}, output={"fps": 100, "fields": ["contact_pressure"]}))
+    assert [frame.fields["contact_pressure"].max() for frame in result.frames] == [0.0, 0.0]
+
+
 def test_a_run_ends_exactly_where_it_is_asked_to():
     scene = film(0.5, {}, load=[GRAVITY], integrator={"step": 0.07})
     for until in (0.5, 0.3, 0.01):

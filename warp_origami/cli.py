@@ -339,6 +339,55 @@ def fold(source: str, out: Path | None, overrides: tuple[str, ...]) -> None:
     click.echo(f"{path}: {frames} frames" if frames > 1 else f"{path}: 1 frame")
 
 
+@main.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Folder of the results [sweeps/<study>].")
+@click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, for example tcp://host:8786 (extra dask).")
+@click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="Processes on this machine, a thread each [cores]."
+)
+@click.option("--quiet", is_flag=True, help="No progress line.")
+def sweep(study: Path, out: Path | None, scheduler: str | None, workers: int | None, quiet: bool) -> None:
+    """Run a scene over values of its keys, as the file STUDY (.toml) says: a grid, a list, or a Latin hypercube.
+
+    Writes sweep.csv and sweep.png into DIR, and the results of every run into DIR/runs. Started again, it makes only
+    what is not done yet. Runs that fail are recorded, the rest goes on. Exit code 3 if none is done, or if some could
+    not be brought to an end (out of time, workers lost, no room on the disk).
+    """
+    from .study.sweep.document import load_study
+    from .study.sweep.plan import plan
+    from .study.sweep.sweep import Sweep, refuse_folder_of_runs
+
+    read, place = load_study(study)
+    folder = Path("sweeps") / read.name if out is None else out
+    _check_folder(folder)
+    refuse_folder_of_runs(folder)
+    if scheduler is not None and workers is not None:
+        raise InputError("--workers", f"{workers} beside --scheduler", "--workers only for processes on this machine")
+    runs = plan(read, place)
+    _quiet_warp()
+    from .study.sweep.cluster import ClusterWorkers
+    from .study.sweep.local import LocalWorkers, NoWorkers
+    from .study.sweep.progress import Line, report
+
+    chosen = LocalWorkers(workers) if scheduler is None else ClusterWorkers(scheduler)
+    asked = Sweep(read, runs, folder)
+    try:
+        with Line(len(runs), quiet) as line:
+            asked.run(chosen, line.show)
+    except NoWorkers as error:
+        click.echo(f"failed: {error}", err=True)
+        sys.exit(FAILED)
+    except KeyboardInterrupt:
+        click.echo(report(asked.progress(), folder, interrupted=True), err=True)
+        sys.exit(INTERRUPTED)
+    reached = asked.progress()
+    well = reached.is_final and "done" in reached.statuses
+    if not quiet or not well:
+        click.echo(report(reached, folder, interrupted=False), err=True)
+    sys.exit(0 if well else FAILED)
+
+
 def _process_start() -> float:
     """Start of this process on the clock of time.perf_counter, s: wall_seconds counts from there."""
     return time.perf_counter() - (time.time() - psutil.Process().create_time())
@@ -369,7 +418,11 @@ def _report(summary: dict, folder: Path, quiet: bool) -> int:
 
 def _check_folder(folder: Path) -> None:
     """Refuses a place where no folder can be, before anything is computed."""
-    existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
+    try:
+        existing = next(path for path in [folder, *folder.absolute().parents] if path.exists())
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError("--out", f"{str(folder)[:100]!r} ({reason})", "the path of a folder") from None
     if not existing.is_dir():
         raise InputError("--out", f"{str(existing)!r}, which is a file", "the path of a folder")
     if not os.access(existing, os.W_OK | os.X_OK):

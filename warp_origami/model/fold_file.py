@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from .limits import MOST_CORNERS, MOST_FRAMES, check_elements
 
 MAX_BYTES = 100_000_000
 MAX_COORDINATE = 1e9
@@ -88,6 +89,8 @@ def load_frames(path: Path) -> list[Frame]:
     frames = data.get("file_frames", [])
     if not isinstance(frames, list):
         raise InputError(f"{path}: file_frames", shorten(frames), "a list of frames")
+    if len(frames) > MOST_FRAMES:
+        raise InputError(f"{path}: file_frames", f"{len(frames)} frames", f"at most {MOST_FRAMES}")
     for i, frame in enumerate(frames):
         if not isinstance(frame, dict):
             raise InputError(f"{path}: file_frames[{i}]", shorten(frame), "an object")
@@ -99,10 +102,13 @@ def load_frames(path: Path) -> list[Frame]:
 
 def _load_json(path: Path) -> dict:
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise InputError(f"{path}", f"{size} bytes", f"a FOLD file of at most {MAX_BYTES} bytes")
-        data = json.loads(path.read_text(encoding="utf-8-sig"))
+        if path.exists() and not path.is_file():  # a pipe or a device would be read for ever
+            raise InputError(f"{path}", "no regular file", "a FOLD file")
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise InputError(f"{path}", "a larger file", f"a FOLD file of at most {MAX_BYTES} bytes")
+        data = json.loads(content.decode("utf-8-sig"))
     except OSError as error:
         raise InputError(f"{path}", error.strerror or type(error).__name__, "a FOLD file that can be read") from None
     except RecursionError:
@@ -175,9 +181,10 @@ def faces_of(entry: Entry, vertex_count: int) -> list[list[int]]:
     """`faces_vertices`: the vertices of each face, all different."""
     if not _list(entry, "a list of faces"):
         raise entry.refuse(None, entry.value, "at least one face")
+    check_elements(entry.name, sum(len(face) - 2 for face in entry.value if isinstance(face, list)))
     for i, face in enumerate(entry.value):
-        if not isinstance(face, list) or len(face) < 3:
-            raise entry.refuse(i, face, "at least 3 vertices")
+        if not isinstance(face, list) or not 3 <= len(face) <= MOST_CORNERS:
+            raise entry.refuse(i, face, f"3 to {MOST_CORNERS} vertices")
         _check_vertices(entry, i, face, vertex_count)
         if len(set(face)) < len(face):
             raise entry.refuse(i, face, "each vertex once")

@@ -1,7 +1,7 @@
 """checkpoint.npz: the state from which a run goes on."""
 
 import hashlib
-import os
+import io
 import zipfile
 import zlib
 from pathlib import Path
@@ -22,11 +22,10 @@ def write_checkpoint(path: Path, arrays: dict[str, np.ndarray], identity: str) -
         values = np.asarray(values)
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             return
+    content = io.BytesIO()  # a ZIP archive on a full disk would go on trying to write its end
+    np.savez(content, **arrays, **{IDENTITY: np.array(identity)})
     with replacing(path) as temporary:
-        with temporary.open("wb") as file:
-            np.savez(file, **arrays, **{IDENTITY: np.array(identity)})
-            file.flush()
-            os.fsync(file.fileno())
+        temporary.write_bytes(content.getbuffer())
 
 
 def read_checkpoint(path: Path, identity: str) -> dict[str, np.ndarray] | None:

@@ -1,6 +1,7 @@
 """Several observers of one run as one."""
 
 from collections.abc import Iterable
+from contextlib import ExitStack
 
 import numpy as np
 
@@ -47,5 +48,6 @@ class Observers:
 
     def finish(self, summary: dict) -> None:
         """See Observer."""
-        for observer in self.observers:
-            observer.finish(summary)
+        with ExitStack() as each:  # also if one of them fails
+            for observer in reversed(self.observers):
+                each.callback(observer.finish, summary)

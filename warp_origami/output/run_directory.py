@@ -13,12 +13,14 @@ from warp_origami.scene import Scene, load_scene
 from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS, Frame, StepRecord
 
 from .checkpoint import pattern_identity, read_checkpoint, write_checkpoint
-from .files import CsvFile, last_time, write_text
+from .files import CsvFile, cut_rows, last_time, write_text
 from .report.page import NAME, build_report
 from .usd import Animation
 
 SAVING_SHARE = 0.02
 """Share of the elapsed time that saving the animation and the checkpoint may take."""
+
+TABLES = ("history", "probes", "reactions")
 
 FILES = (
     "checkpoint.npz",  # first: without it nothing is mistaken for a run that can go on
@@ -54,19 +56,25 @@ class RunDirectory:
         """Makes the folder, or replaces the files of an earlier run there, or cuts them at `resumed_at`.
 
         Raises:
-            InputError: no folder can be made there.
+            InputError: no folder can be made there, or what is there does not reach up to `resumed_at`.
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError("--out", f"{str(self.path)!r} ({error.strerror})", "a folder that can be made") from None
-        animation = Animation(self.path / "animation.usdc", scene, surface, resumed_at)
+        # modes are drawn from their beginning at the end of the run
+        drawn_until = None if scene.analysis.kind == "modal" else resumed_at
+        animation = Animation(self.path / "animation.usdc", scene, surface, drawn_until)
+        if resumed_at is not None:
+            spins = scene.hub is not None or any(load.kind == "initial_spin" for load in scene.load)
+            tables = (*TABLES, "spin") if spins else TABLES
+            cut_rows([self.path / f"{name}.csv" for name in tables], resumed_at)
         stale = FILES if resumed_at is None else ("summary.json", NAME)
         for name in stale:
             (self.path / name).unlink(missing_ok=True)
         write_text(self.path / "scene.toml", scene.to_toml())
         self._identity = pattern_identity(scene)
-        self._resumed_at = resumed_at
+        self._resumed = resumed_at is not None
         self._animation = animation
 
     def phase(self, name: str) -> None:
@@ -89,7 +97,7 @@ class RunDirectory:
         columns = {"history": HISTORY_COLUMNS, "probes": ("time", *probes), "reactions": ("time", *reactions)}
         if record.spin:
             columns["spin"] = ("time", *record.spin)
-        return {name: CsvFile(self.path / f"{name}.csv", columns[name], self._resumed_at) for name in columns}
+        return {name: CsvFile(self.path / f"{name}.csv", columns[name], self._resumed) for name in columns}
 
     def frame(self, frame: Frame) -> None:
         """Adds a frame to the animation."""
@@ -106,7 +114,9 @@ class RunDirectory:
         self._next_save = time.monotonic() + cost / SAVING_SHARE
 
     def save(self) -> None:
-        """Saves the animation and, if there is a newer one, the checkpoint."""
+        """Saves the animation and, if there is a newer one, the checkpoint, after all that it stands for."""
+        for table in (self._tables or {}).values():
+            table.sync()
         self._animation.save()
         if self._pending is not None:
             write_checkpoint(self.path / "checkpoint.npz", self._pending, self._identity)
@@ -142,14 +152,14 @@ def read_run(path: Path, scene: Scene) -> dict[str, np.ndarray] | None:
     """The checkpoint of the run in `path`; None if it has none.
 
     Raises:
-        InputError: the run there is of another scene.
+        InputError: the run there is of another scene, or its checkpoint cannot be read.
     """
-    written = path / "scene.toml"
-    if not written.exists():
+    checkpoint, written = path / "checkpoint.npz", path / "scene.toml"
+    if not checkpoint.exists():
         return None
-    if load_scene(written) != scene:
+    if not written.exists() or load_scene(written) != scene:
         raise InputError("--resume", f"{path} with a run of another scene", f"the scene in {written}, unchanged")
-    return read_checkpoint(path / "checkpoint.npz", pattern_identity(scene))
+    return read_checkpoint(checkpoint, pattern_identity(scene))
 
 
 def is_finished(path: Path, until: float) -> bool:

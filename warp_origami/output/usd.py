@@ -1,5 +1,6 @@
 """animation.usdc: the drawn sheet, its creases, its element corners and a camera that sees the whole motion."""
 
+import errno
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,9 @@ FIXED_RANGES = {"state": (0.0, 2.0)}
 PERCENTILES = (1.0, 99.0)
 """Of the values in a frame: a few elements with extreme stress should not take all the colours."""
 
+PROBED = 1 << 20
+"""Bytes that are written after USD could not write, to see what is in the way."""
+
 LOCAL = ("contact_pressure",)
 """Fields that vanish but on small parts of the sheet: the percentiles are of the values there."""
 
@@ -47,7 +51,7 @@ class Animation:
         """An empty animation; with `resumed_at` the frames of the file up to that time (s) are kept.
 
         Raises:
-            InputError: the existing file cannot be read.
+            InputError: the file is missing or cannot be read.
         """
         self.path = path
         self.surface = surface
@@ -58,7 +62,7 @@ class Animation:
         self._range = (np.inf, -np.inf)  # of the first field, over all frames
         self._coloured: tuple[tuple[float, float], int] = (self._range, 0)  # range and number of frames already done
         self._normals = _Normals(surface.triangles, len(surface.flat))
-        if resumed_at is not None and path.exists():
+        if resumed_at is not None:
             self._stage = Usd.Stage.Open(_opened(path, self._code(resumed_at)))
             self._find_prims()
             self._recall()
@@ -84,7 +88,8 @@ class Animation:
         for name in self.fields:
             values = np.asarray(frame.fields[name], dtype=np.float32)
             UsdGeom.PrimvarsAPI(self._sheet).GetPrimvar(name).Set(Vt.FloatArray.FromNumpy(values), code)
-        self._take_account(code, points, frame.fields[self.fields[0]] if self.fields else None)
+        shown = frame.fields[self.fields[0]].astype(np.float32) if self.fields else None  # as it can be read again
+        self._take_account(code, points, shown)
 
     def save(self) -> None:
         """Replaces the file by one with all frames so far; does nothing before the first frame.
@@ -100,8 +105,12 @@ class Animation:
         if self.fields:
             self._colour_frames()
         with replacing(self.path) as temporary:
-            if not self._stage.GetRootLayer().Export(str(temporary)):
-                raise OSError(f"cannot write {self.path}")
+            try:
+                written = self._stage.GetRootLayer().Export(str(temporary))
+            except Tf.ErrorException:  # USD's only way to say what is wrong
+                written = False
+            if not written:
+                _refuse(temporary)
 
     def _code(self, time: float) -> float:
         """Time code of a time; the k-th frame has time code k in spite of round-off."""
@@ -230,6 +239,13 @@ class _Normals:
 
 def _extent(points: np.ndarray, margin: float = 0.0) -> Vt.Vec3fArray:
     return Vt.Vec3fArray.FromNumpy(np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin]))
+
+
+def _refuse(path: Path) -> None:
+    """Raises the OSError for which a file could not be written, which USD does not tell."""
+    with path.open("ab") as file:
+        file.write(bytes(PROBED))
+    raise OSError(errno.EIO, "USD cannot write", str(path))
 
 
 def _opened(path: Path, last: float) -> Sdf.Layer:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 from pydantic_core import PydanticCustomError
 
 
@@ -33,11 +33,30 @@ def _as_tuple(value: Any) -> Any:
     return tuple(_as_tuple(item) for item in value) if isinstance(value, list | tuple) else value
 
 
-Number = Annotated[float, BeforeValidator(_plain)]
-Positive = Annotated[float, Field(gt=0.0), BeforeValidator(_plain)]
-NotNegative = Annotated[float, Field(ge=0.0), BeforeValidator(_plain)]
-Count = Annotated[int, Field(ge=1), BeforeValidator(_plain)]
-Index = Annotated[int, Field(ge=0), BeforeValidator(_plain)]
+LARGEST_NUMBER, LARGEST_COUNT = 1e30, 10_000_000
+"""Beyond these nothing is modelled: products of numbers would not be numbers any more. A number is 0 or its inverse is
+within the limit too."""
+
+
+def _within(value: float) -> float:
+    if abs(value) > LARGEST_NUMBER or 0.0 < abs(value) < 1.0 / LARGEST_NUMBER:
+        wants = f"0, or a size from {1.0 / LARGEST_NUMBER:g} to {LARGEST_NUMBER:g} (in SI units)"
+        raise fault("", value, wants)
+    return value
+
+
+def _countable(value: int) -> int:
+    if value > LARGEST_COUNT:
+        got = value if value < 10**20 else f"an integer of {value.bit_length()} bits"
+        raise fault("", got, f"at most {LARGEST_COUNT}")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_plain), AfterValidator(_within)]
+Positive = Annotated[float, Field(gt=0.0), BeforeValidator(_plain), AfterValidator(_within)]
+NotNegative = Annotated[float, Field(ge=0.0), BeforeValidator(_plain), AfterValidator(_within)]
+Count = Annotated[int, Field(ge=1), BeforeValidator(_plain), AfterValidator(_countable)]
+Index = Annotated[int, Field(ge=0), BeforeValidator(_plain), AfterValidator(_countable)]
 
 AsTuple = BeforeValidator(_as_tuple)
 """Lets arrays of the file and of NumPy stand where the scene holds tuples."""
@@ -45,9 +64,9 @@ AsTuple = BeforeValidator(_as_tuple)
 Vector2 = Annotated[tuple[Number, Number], AsTuple]
 Vector3 = Annotated[tuple[Number, Number, Number], AsTuple]
 
-Name = Annotated[str, StringConstraints(pattern=r"^\w[\w-]*$")]
+Name = Annotated[str, StringConstraints(pattern=r"^\w[\w-]*$", max_length=100)]
 """A name that can be part of a column heading."""
-NAME_WANTS = "a name of letters, digits, '_' and '-'"
+NAME_WANTS = "a name of letters, digits, '_' and '-', at most 100 characters"
 
 
 def _ordered_components(value: Any) -> Any:

@@ -11,11 +11,14 @@ from pydantic_core import PydanticCustomError
 from .base import AsTuple, Table, fault
 from .bodies import CreaseSpring, Hub, Mass
 from .expected import Verification
-from .faults import input_error
+from .faults import input_error, show
 from .loads import Load
 from .motion import Driver, Profile, Support
 from .settings import Analysis, Contact, Integrator, Output, Probe
 from .sheet import Material, Pattern
+
+MOST_FRAMES, MOST_STEPS = 1_000_000, 100_000_000
+"""Of a run."""
 
 
 class Scene(Table):
@@ -27,7 +30,9 @@ class Scene(Table):
         InputError: anything is missing, unknown, out of range or contradictory; one line per fault.
     """
 
-    name: str = Field(description="a name of letters, digits, spaces and _ + - . that can be a folder's")
+    name: str = Field(
+        description="a name of letters, digits, spaces and _ + - . that can be a folder's, at most 100 characters"
+    )
     analysis: Analysis = Field(description="a table with kind: dynamic, static or modal")
     pattern: Pattern = Field(description="a table with kind and the parameters of that kind")
     material: Material = Field(description="a table with density, youngs_modulus, poisson_ratio, thickness")
@@ -62,9 +67,10 @@ class Scene(Table):
 
     @model_validator(mode="after")
     def _complete(self):
-        if not re.fullmatch(r"\w[\w +.-]*", self.name):
-            raise fault("name", repr(self.name), type(self).model_fields["name"].description)
+        if not re.fullmatch(r"\w[\w +.-]{0,99}", self.name):
+            raise fault("name", show(self.name), type(self).model_fields["name"].description)
         self._refuse_repeated_names()
+        self._refuse_endless_runs()
         probes = tuple(
             probe if probe.name else probe.model_copy(update={"name": _free_name("probe", i, self.probe)})
             for i, probe in enumerate(self.probe)
@@ -84,6 +90,17 @@ class Scene(Table):
         elif self.contact is None and "contact_pressure" in self.output.fields:
             raise fault("output.fields", '"contact_pressure" without contact', "a [contact] table, or other fields")
         return self
+
+    def _refuse_endless_runs(self) -> None:
+        if self.analysis.kind != "dynamic":
+            return
+        duration, fps, step = self.analysis.duration, self.output.fps, self.integrator.step
+        if fps != "steps" and duration * fps > MOST_FRAMES:
+            got = f"{fps:g} beside a duration of {duration:g} s, {duration * fps:.3g} frames"
+            raise fault("output.fps", got, f"at most {MOST_FRAMES} frames")
+        if step != "auto" and duration / step > MOST_STEPS:
+            got = f"{step:g} beside a duration of {duration:g} s, {duration / step:.3g} steps"
+            raise fault("integrator.step", got, f"at most {MOST_STEPS} steps")
 
     def _refuse_repeated_names(self) -> None:
         # supports and drivers share the columns of reactions.csv

@@ -7,11 +7,14 @@ from pydantic import BaseModel, ValidationError
 
 from warp_origami.errors import InputError
 
+MOST_FAULTS = 100
+"""That are told of: an array may have as many as it has elements."""
+
 
 def input_error(error: ValidationError, values: dict[str, Any], table: type[BaseModel]) -> InputError:
     """The faults of `values` (a table of kind `table`, as given) as one InputError, a line for each."""
     faults: dict[str, tuple[str, str, str]] = {}
-    for details in error.errors(include_url=False):
+    for details in error.errors(include_url=False)[:MOST_FAULTS]:
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, InputError):  # from a file that the scene names: it knows best
             return cause

@@ -1,7 +1,6 @@
 """Scene files: finding, reading, changing single values, bundled scenes."""
 
 import re
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from warp_origami.errors import InputError
 from warp_origami.scenes import bundled_scenes
 
 from .document import Scene
+from .toml import check_depth, parse_value, read_toml
 
 
 def load_scene(name_or_path: str | Path, overrides: Iterable[str] = ()) -> Scene:
@@ -23,17 +23,22 @@ def load_scene(name_or_path: str | Path, overrides: Iterable[str] = ()) -> Scene
     Raises:
         InputError: there is no such scene, it is not TOML, or it is not a valid scene.
     """
+    return Scene(**load_tables(name_or_path, overrides))
+
+
+def load_tables(name_or_path: str | Path, overrides: Iterable[str] = ()) -> dict[str, Any]:
+    """The tables of a scene as `load_scene` gives them to Scene: changed, the path of a FOLD file absolute.
+
+    Raises:
+        InputError: there is no such scene, or it is not TOML.
+    """
     path = _find(name_or_path)
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("scene", repr(str(name_or_path)), f"a readable file ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(str(path), f"invalid TOML: {error}", "a TOML file in UTF-8") from None
+    tables = read_toml(path, "scene")
     for override in overrides:
-        apply_override(values, override)
-    _resolve_pattern_file(values, path.parent)
-    return Scene(**values)
+        apply_override(tables, override)
+    check_depth(tables, str(path))
+    _resolve_pattern_file(tables, path.parent)
+    return tables
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -54,40 +59,46 @@ def _resolve_pattern_file(values: dict[str, Any], folder: Path) -> None:
         pattern["file"] = str(folder.absolute() / pattern["file"])
 
 
-def apply_override(values: dict[str, Any], override: str) -> None:
+def apply_override(tables: dict[str, Any], override: str) -> None:
     """Sets one value in the tables as read; what it leads to is validated with everything else."""
-    path, equals, text = override.partition("=")
-    parts = path.strip().split(".")
-    if not equals or not all(parts):
+    key, equals, text = override.partition("=")
+    key = key.strip()
+    if not equals or not all(key.split(".")):
         raise InputError("--set", repr(override), "key.path=value, for example material.thickness=1e-4")
-    cursor: Any = values
+    set_value(tables, key, _value(text.strip(), key), f"--set {key}", f"--set {override}")
+
+
+def set_value(tables: dict[str, Any], key: str, value: Any, name: str, whole: str | None = None) -> None:
+    """Sets the value at a key path (driver.0.profile.end), making the tables on the way that are not there.
+
+    Args:
+        tables: as read.
+        name: what to call the key in a message; `whole` where an array has no such element.
+
+    Raises:
+        InputError: the path leads through something that is no table, or an array has no such element.
+    """
+    parts, whole = key.split("."), whole or name
+    cursor: Any = tables
     for k, part in enumerate(parts[:-1]):
         if isinstance(cursor, dict):
             cursor = cursor.setdefault(part, {})
         else:
-            cursor = cursor[_index(cursor, part, parts[:k], override)]
+            cursor = cursor[_index(cursor, part, parts[:k], whole)]
         if not isinstance(cursor, dict | list):
-            raise InputError(
-                f"--set {path}", f"{'.'.join(parts[: k + 1])} = {cursor!r}", "the path of a value in tables"
-            )
-    last = parts[-1] if isinstance(cursor, dict) else _index(cursor, parts[-1], parts[:-1], override)
-    cursor[last] = _value(text.strip(), path)
+            raise InputError(name, f"{'.'.join(parts[: k + 1])} = {cursor!r}", "the path of a value in tables")
+    last = parts[-1] if isinstance(cursor, dict) else _index(cursor, parts[-1], parts[:-1], whole)
+    cursor[last] = value
 
 
-def _index(items: list, part: str, parents: list[str], override: str) -> int:
-    if not part.isdecimal() or int(part) >= len(items):
+def _index(items: list, part: str, parents: list[str], whole: str) -> int:
+    if not part.isdecimal() or len(part) > 9 or int(part) >= len(items):
         wants = f"a number from 0 to {len(items) - 1} after {'.'.join(parents)}"
-        raise InputError(f"--set {override}", repr(part), wants)
+        raise InputError(whole, repr(part), wants)
     return int(part)
 
 
 def _value(text: str, path: str) -> Any:
     if re.fullmatch(r"[A-Za-z][\w-]*", text) and text not in ("true", "false", "nan", "inf"):
         return text  # a word without quotes, which a shell strips
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
-        parsed = {}
-    if set(parsed) != {"value"}:
-        raise InputError(f"--set {path}", repr(text), "a TOML value: a number, a string, an array or a table")
-    return parsed["value"]
+    return parse_value(text, f"--set {path}")

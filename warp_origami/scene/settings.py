@@ -22,7 +22,8 @@ class Dynamic(Table):
         return self.duration
 
 
-LOAD_STEPS_WANTS = "an integer >= 1: load steps, more where they are needed"
+LOAD_STEPS_WANTS = "an integer >= 1 and <= 100000: load steps, more where they are needed"
+LoadSteps = Annotated[Count, Field(le=100_000)]
 
 
 class Static(Table):
@@ -32,7 +33,7 @@ class Static(Table):
     """
 
     kind: Literal["static"] = Field(description='"static"')
-    load_steps: Count = Field(default=20, description=LOAD_STEPS_WANTS)
+    load_steps: LoadSteps = Field(default=20, description=LOAD_STEPS_WANTS)
 
     @property
     def end(self) -> float:
@@ -44,8 +45,10 @@ class Modal(Table):
     """Small free vibrations about the static solution under the loads."""
 
     kind: Literal["modal"] = Field(description='"modal"')
-    count: Count = Field(default=12, description="an integer >= 1: number of frequencies, from the lowest")
-    load_steps: Count = Field(default=20, description=LOAD_STEPS_WANTS)
+    count: Annotated[Count, Field(le=10_000)] = Field(
+        default=12, description="an integer >= 1 and <= 10000: number of frequencies, from the lowest"
+    )
+    load_steps: LoadSteps = Field(default=20, description=LOAD_STEPS_WANTS)
 
     @property
     def end(self) -> float:

@@ -280,8 +280,14 @@ class Fold(PatternTable):
     @model_validator(mode="after")
     def _complete(self):
         path = Path(self.file).absolute()
-        if not path.is_file():
-            raise fault("file", f"{str(path)!r}, where no file is", "path of a readable FOLD file")
+        try:
+            there = path.is_file()  # neither a pipe nor a device
+        except (OSError, ValueError):  # a name that no file can have
+            there = False
+        if not there:
+            name = repr(str(path))
+            shown = name if len(name) <= 300 else f"{name[:100]}...{name[-100:]}"
+            raise fault("file", f"{shown}, where no file is", "path of a readable FOLD file")
         object.__setattr__(self, "file", str(path))
         if self.initial is None:
             object.__setattr__(self, "initial", "flat" if read_fold(path).stowed is None else "stowed")
@@ -298,7 +304,9 @@ class Material(Table):
     """Linear elastic or wrinkling (stiffness reduction) membrane, with Rayleigh damping."""
 
     density: Positive = Field(description="a number > 0: density, kg/m^3")
-    youngs_modulus: Positive = Field(description="a number > 0: Young's modulus, Pa")
+    youngs_modulus: Annotated[Positive, Field(le=1e15)] = Field(
+        description="a number > 0 and <= 1e15: Young's modulus, Pa"
+    )
     poisson_ratio: Annotated[Number, Field(gt=-1.0, lt=0.5)] = Field(description="a number between -1 and 0.5")
     thickness: Positive = Field(description="a number > 0: thickness, m")
     model: Literal["srm", "linear"] = Field(default="srm", description='"srm" (wrinkling) or "linear"')

@@ -1,5 +1,6 @@
 """The loop over time steps: it owns all state of a run, and everything else is told what it needs."""
 
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -273,12 +274,23 @@ class DynamicRun:
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()
-            summary = summarize(self.system, self.stepper.constraint_form, state.balance, state.counters, status)
-            summary |= self.record.spin.summary(state.kinematics.q, state.kinematics.v)
-            if failure is not None:
-                time_reached = state.kinematics.time
-                summary |= {"message": f"stopped at {time_reached:.6g} s: {failure.reason}", "advice": failure.advice}
+            summary = self._summary(state, status, failure)
         self.observer.finish(summary)
+        return summary
+
+    def give_up(self, state: RunState, failure: Failure) -> dict:
+        """Returns the summary of a run whose results cannot be written; it goes on from its last checkpoint."""
+        summary = self._summary(state, "failed", failure) | {"resumable": True}
+        with suppress(OSError):
+            self.observer.finish(summary)
+        return summary
+
+    def _summary(self, state: RunState, status: str, failure: Failure | None) -> dict:
+        summary = summarize(self.system, self.stepper.constraint_form, state.balance, state.counters, status)
+        summary |= self.record.spin.summary(state.kinematics.q, state.kinematics.v)
+        if failure is not None:
+            reached = f"stopped at {state.kinematics.time:.6g} s: {failure.reason}"
+            summary |= {"message": reached, "advice": failure.advice}
         return summary
 
 

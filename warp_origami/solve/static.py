@@ -4,6 +4,7 @@ The increment of the load factor is at most 1 / load_steps, is halved where no e
 through each other on the way to it, and doubled again after steps that succeed.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -220,15 +221,24 @@ class StaticRun:
         with self.clock.phase("output"):
             self.observer.checkpoint(self._checkpoint(state))
             self.observer.save()
-            form = self.solver.constraint_form
-            balance = replace(state.balance, largest=max(state.balance.largest, self.solver.no_energy))
-            summary = summarize(self.system, form, balance, state.counters, status) | results
-            if failure is not None:
-                summary |= {
-                    "message": f"stopped at load factor {state.factor:.6g}: {failure.reason}",
-                    "advice": failure.advice,
-                }
+            summary = self._summary(state, status, failure) | results
         self.observer.finish(summary)
+        return summary
+
+    def give_up(self, state: StaticState, failure: Failure) -> dict:
+        """Returns the summary of a run whose results cannot be written; it goes on from its last checkpoint."""
+        summary = self._summary(state, "failed", failure) | {"resumable": True}
+        with suppress(OSError):
+            self.observer.finish(summary)
+        return summary
+
+    def _summary(self, state: StaticState, status: str, failure: Failure | None) -> dict:
+        form = self.solver.constraint_form
+        balance = replace(state.balance, largest=max(state.balance.largest, self.solver.no_energy))
+        summary = summarize(self.system, form, balance, state.counters, status)
+        if failure is not None:
+            reached = f"stopped at load factor {state.factor:.6g}: {failure.reason}"
+            summary |= {"message": reached, "advice": failure.advice}
         return summary
 
     def _modes(self, state: StaticState) -> dict | Failure:

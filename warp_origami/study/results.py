@@ -12,6 +12,11 @@ from warp_origami.scene.expression import parse
 from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS
 
 
+def paths(of: str) -> tuple[str, ...]:
+    """Results that an expression names; see scene.expression."""
+    return parse(of).paths
+
+
 def check_path(path: str, scene: Scene, key: str) -> None:
     """Refuses a path that no run of the scene has.
 

@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import InputError
 from ..flat_foldability import check_flat_foldable, flat_folded_vertices
 from ..fold import read_fold
+from ..limits import check_counts, check_elements
 from ..mesh import CREASE
 from ..pattern import Pattern
 from ..refine import refine_pattern
@@ -51,14 +52,20 @@ def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refi
     if refine < 1:
         raise InputError("pattern.refine", refine, "at least 1")
     if kind == "fold":
-        return refine_pattern(read_fold(Path(directory) / parameters["file"]), refine)
+        return _refined(read_fold(Path(directory) / parameters["file"]), refine)
     if kind not in GENERATORS:
         raise InputError("pattern.kind", repr(kind), f"one of fold, {', '.join(GENERATORS)}")
     try:
         signature(GENERATORS[kind]).bind(**parameters)
     except TypeError as error:
         raise InputError("pattern", str(error), f"the parameters of {kind}") from None
+    check_counts(parameters)
     pattern = GENERATORS[kind](**parameters)
     if pattern.stowed is not None and np.any(pattern.mesh.edge_kinds == CREASE):
         check_flat_foldable(pattern.mesh, "pattern", kind, flat_folded_vertices(pattern.mesh, pattern.stowed))
-    return refine_pattern(pattern, refine)
+    return _refined(pattern, refine)
+
+
+def _refined(pattern: Pattern, n: int) -> Pattern:
+    check_elements("pattern.refine", len(pattern.mesh.triangles) * n**2)
+    return refine_pattern(pattern, n)
