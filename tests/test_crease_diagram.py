@@ -6,12 +6,12 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from warp_origami.scenes import bundled_scenes
 
 from warp_origami.cli import main
 from warp_origami.model.fold import read_fold
 from warp_origami.model.generators import GENERATORS, build_pattern
 from warp_origami.output.crease_diagram import STYLES, crease_diagram
-from warp_origami.scenes import bundled_scenes
 
 SVG = "{http://www.w3.org/2000/svg}"
 

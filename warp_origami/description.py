@@ -13,6 +13,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     system = System(scene, "cpu", PhaseClock())
     constraints = system.constraints
     folds, ties = constraints.folds, constraints.ties
+    kind = "of linear elements" if system.mesh.linear else "fold"
     prescribed = len(constraints.sources) - folds - ties
     pattern = build_pattern(scene.pattern.kind, scene.pattern.parameters() | {"refine": 1}, scene.directory)
     lines = [
@@ -23,7 +24,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
         ("degrees of freedom", f"{constraints.null_space.shape[1]} of {3 * system.coordinates.count} coordinates"),
         (
             "constraints",
-            f"{folds} {'of linear elements' if system.mesh.linear else 'fold'}, {f'{ties} of the hub, ' if ties else ''}{prescribed} prescribed, "
+            f"{folds} {kind}, {f'{ties} of the hub, ' if ties else ''}{prescribed} prescribed, "
             f"{constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
