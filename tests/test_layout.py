@@ -23,7 +23,8 @@ ARROWS = {
     "model": {"model", "errors"},
     "scene": {"scene", "scenes", "model", "errors"},
     "terms": {"terms", "kernels", "model", "errors"},
-    "system": {"terms", "scene", "model", "errors", "clock"},
+    "compose": {"terms", "scene", "model", "errors"},
+    "system": {"compose", "terms", "scene", "model", "errors", "clock"},
     "description": {"system", "scene", "model", "clock"},
     "solve": {"solve", "system", "terms", "scene", "model", "errors", "clock"},
     # files and progress observe a run: they know its records and nothing else of solve

@@ -2,7 +2,7 @@
 
     M q'' + alpha M q' + beta K q' + grad U(q) + grad U_contact(q) - f(q, t) = -C^T lambda,   C q = d(t)
 
-The only place where a scene's tables become terms; what a scene does not ask for is not built, compiled or launched.
+Here and in compose/ a scene's tables become terms; what a scene does not ask for is not built, compiled or launched.
 """
 
 from dataclasses import dataclass, replace
@@ -10,13 +10,15 @@ from functools import cached_property
 
 import numpy as np
 import warp as wp
-from scipy.sparse import csr_matrix, diags, identity, kron
+from scipy.sparse import csr_matrix, identity, kron
 
 from .clock import PhaseClock
+from .compose.bodies import make_hub, make_mass, make_springs
+from .compose.contact import contact_settings, make_contact, make_friction
+from .compose.loads import load_name, make_loads
 from .errors import InputError
 from .model.constraints import build_constraints
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
-from .model.crossing import find_crossing
 from .model.generators import build_pattern
 from .model.hub import ROWS as HUB_ROWS
 from .model.hub import hold_hub
@@ -25,29 +27,16 @@ from .model.locate import locate
 from .model.mesh import CREASE, Mesh
 from .model.opening import opened
 from .model.prescribed import prescribed_rows
-from .model.selectors import select
-from .model.submesh import default_divisions
 from .scene import Scene
-from .scene.approach import expected_approach
-from .scene.fastened import hub_motion, hub_rate, hub_stiffness, scene_hub, scene_springs
+from .scene.fastened import hub_motion, scene_hub
 from .scene.prescribers import scene_prescribers
-from .scene.settings import Contact as ContactTable
 from .scene.start import initial_velocity
 from .terms import padded_pattern
-from .terms.added_mass import added_mass
-from .terms.contact import Contact
-from .terms.contact.friction import Friction, FrictionLaw
-from .terms.contact.stiffness import Film, node_stiffness, surface_stiffness
-from .terms.crease import CreaseSprings
+from .terms.contact.friction import Friction
 from .terms.device import choose_device
-from .terms.external import DeadForce, ExternalForce, ExternalForces, Pressure
-from .terms.hub import RigidHub, hub_masses, spinning_stress
-from .terms.inertia import mass_matrix
-from .terms.loads import force_weights, normal_weights
+from .terms.external import ExternalForce
 from .terms.membrane import Membrane
-from .terms.pressure import FollowerPressure
 from .terms.sparsity import ReducedSparsity
-from .terms.sunlight import Side, Sunlight
 
 LINEAR_DEGREE = 1
 """Degree of the quadrature that is exact where strains are constant."""
@@ -132,22 +121,26 @@ class System:
             build = build_linear_constraints if linear else build_constraints
             self.constraints = build(self.mesh, self.coordinates, prescribers, rows, self.hub)
         with clock.phase("compile"):
-            self.mass = self._mass()
-            self.creases = self._creases()
-            self.rigid_hub = self._rigid_hub()
+            self.mass = make_mass(scene, self.mesh, self.coordinates, self.hub)
+            self.creases = make_springs(scene, self.pattern, self.mesh, self.coordinates, self.device)
+            self.rigid_hub = make_hub(scene, self.hub, self.mass)
             room = sum(term.block_count for term in self._joining)
             degree = LINEAR_DEGREE if linear else scene.integrator.quadrature
             self.membrane = Membrane(self.mesh, self.coordinates, scene.material, degree, self.device, room)
-            self.contact_settings = self._contact_settings(scene) if scene.contact is not None else None
-            self.contact = self._contact(scene) if scene.contact is not None else None
-            self.friction = self._friction(scene)
+            sheet = (self.mesh, self.coordinates)
+            self.v0 = initial_velocity(scene, *sheet, self.constraints, self.hub, self.q0)
+            self.contact_settings = self.contact = None
+            if scene.contact is not None:
+                self.contact_settings = contact_settings(scene, *sheet, self.constraints, self.v0)
+                self.contact = make_contact(scene, self.contact_settings, self.pattern, *sheet, self.q0, self.device)
+            self.friction = make_friction(scene, *sheet)
         with clock.phase("setup"):
-            self.v0 = self._initial_velocity
             self.probe_places = [
                 locate(self.mesh, np.asarray(probe.at, dtype=float), f"probe.{k}.at")
                 for k, probe in enumerate(scene.probe)
             ]
-            self.external = ExternalForces(self.coordinates.count, *self._loads())
+            weight = self.mass @ self.translation
+            self.external = make_loads(scene, *sheet, weight, self.q0, self.device)
 
     @cached_property
     def full_mass(self) -> csr_matrix:
@@ -279,7 +272,7 @@ class System:
         names += ["inertia (modes)"] if self.scene.analysis.kind == "modal" else []
         names += [self.contact.name] if self.contact is not None else []
         names += [self.friction.name] if self.friction is not None else []
-        names += [_load_name(load) for load in self.scene.load]
+        names += [load_name(load) for load in self.scene.load]
         names += ["fold lines"] if np.any(self.mesh.edge_kinds == CREASE) else []
         names += ["added masses"] if self.scene.mass else []
         names += [f"{self.rigid_hub.name} ({self.scene.hub.mount})"] if self.rigid_hub is not None else []
@@ -314,66 +307,6 @@ class System:
             self.mesh, self.coordinates, _lifted(self.mesh.vertices * np.asarray(initial.stretch))
         )
 
-    def _contact(self, scene: Scene) -> Contact:
-        start = self.q0[np.maximum(self.coordinates.positions, 0)]
-        crossing = find_crossing(start, self.mesh.edges, self.mesh.triangles)
-        if crossing is not None:
-            edge, triangle = crossing
-            f, g = self.mesh.faces[[self.mesh.edge_triangles[edge, 0], triangle]]
-            raise InputError(
-                "pattern.initial",
-                f"a state in which faces {f} and {g} cross",
-                "faces that do not pass through each other, for contact keeps every layer on its side",
-            )
-        contact = Contact(
-            self.mesh,
-            self.coordinates,
-            self.contact_settings,
-            self.q0,
-            face_orders=self.pattern.face_orders,
-            pattern_faces=self.pattern.pattern_faces,
-            device=self.device,
-            # in motion the paper's methods show what they let through; an equilibrium on the other side is an error
-            guarded=scene.analysis.kind != "dynamic",
-        )
-        if len(contact.coincident_layers):
-            f, g = contact.coincident_layers[0]
-            raise InputError(
-                "pattern.initial",
-                f"stowed layers that coincide, such as faces {f} and {g}",
-                "layers slightly apart, or faceOrders that say which lies above",
-            )
-        return contact
-
-    def _contact_settings(self, scene: Scene) -> ContactTable:
-        """The scene's table with the numbers that stand for every "auto"."""
-        contact, material = scene.contact, scene.material
-        if "auto" not in (contact.sts_stiffness, contact.nts_stiffness):
-            return contact
-        velocities = self._initial_velocity[self.coordinates.positions[self.coordinates.positions >= 0]]
-        approach = expected_approach(scene, self.mesh, self.constraints, velocities)
-        speed = approach.speed if contact.expected_speed == "auto" else contact.expected_speed
-        depth = contact.target_penetration * contact.thickness
-        divisions = default_divisions(len(self.mesh.triangles))
-        element = float(self.mesh.areas.mean())
-        film = Film(material.density * material.thickness, element, 2.0 * element / divisions**2)
-        found = {
-            "sts_stiffness": surface_stiffness(film, speed, approach.pressure, depth),
-            "nts_stiffness": node_stiffness(film, speed, approach.pressure, approach.force, depth),
-        }
-        numbers = {key: value for key, value in found.items() if getattr(contact, key) == "auto"}
-        return contact.model_copy(update={"expected_speed": speed, **numbers})
-
-    def _friction(self, scene: Scene) -> FrictionLaw | None:
-        settings = scene.contact
-        if settings is None or settings.friction == 0.0:
-            return None
-        return FrictionLaw(self.mesh, self.coordinates, settings.friction, settings.friction_speed)
-
-    @cached_property
-    def _initial_velocity(self) -> np.ndarray:
-        return initial_velocity(self.scene, self.mesh, self.coordinates, self.constraints, self.hub, self.q0)
-
     @cached_property
     def translation(self) -> np.ndarray:
         """(n,) what a unit translation of everything adds to q: 1 in rows of positions, 0 in those of gradients."""
@@ -381,74 +314,6 @@ class System:
         translation = np.zeros(self.coordinates.count)
         translation[rows if self.hub is None else np.append(rows, self.hub.first)] = 1.0
         return translation
-
-    def _mass(self) -> csr_matrix:
-        material = self.scene.material
-        mass = mass_matrix(self.mesh, self.coordinates, material.density, material.thickness)
-        for k, table in enumerate(self.scene.mass):
-            selection = select(table.at, self.mesh, f"mass.{k}.at")
-            mass = mass + table.value * added_mass(self.mesh, self.coordinates, selection)
-        if self.hub is not None:
-            table = self.scene.hub
-            diagonal = np.zeros(self.coordinates.count)
-            diagonal[self.hub.rows] = hub_masses(table.mass, table.axial_inertia, table.transverse_inertia)
-            mass = mass + diags(diagonal)
-        return csr_matrix(mass)
-
-    def _rigid_hub(self) -> RigidHub | None:
-        if self.hub is None:
-            return None
-        stress = spinning_stress(self.mass.diagonal()[self.hub.rows], hub_rate(self.scene, self.hub))
-        return RigidHub(self.hub.first, hub_stiffness(self.scene, self.hub), stress)
-
-    def _creases(self) -> CreaseSprings | None:
-        found = scene_springs(self.scene, self.pattern)
-        if found is None:
-            return None
-        return CreaseSprings(self.mesh, self.coordinates, found.edges, found.stiffness, found.rest, self.device)
-
-    def _loads(self) -> tuple[tuple[DeadForce, ...], tuple[Pressure, ...]]:
-        dead, pressures = [], []
-        for k, load in enumerate(self.scene.load):
-            if load.kind in ("initial_velocity", "initial_spin"):
-                continue
-            profile = load.profile.factor()
-            if load.kind == "gravity":
-                dead.append(DeadForce(np.outer(self._weight(), load.acceleration), profile))
-                continue
-            selection = select(load.at, self.mesh, f"load.{k}.at")
-            if load.kind == "force":
-                weights = force_weights(self.mesh, self.coordinates, selection)
-                dead.append(DeadForce(np.outer(weights, load.value), profile))
-                continue
-            inside = np.isin(self.mesh.triangles, selection.vertices).all(axis=1)
-            if not inside.any():
-                raise InputError(f"load.{k}.at", "a selection without whole elements", "all corners of some elements")
-            elements = np.flatnonzero(inside)
-            if load.kind == "solar":
-                sides = [Side(**vars(side)) for side in (load.front, load.back)]
-                direction = np.asarray(load.direction)
-                term = Sunlight(self.mesh, self.coordinates, elements, direction, *sides, device=self.device)
-                pressures.append(Pressure(term, load.value, profile))
-            elif load.follower:
-                term = FollowerPressure(self.mesh, self.coordinates, elements, device=self.device)
-                pressures.append(Pressure(term, load.value, profile))
-            else:
-                value = load.value * normal_weights(self.mesh, self.coordinates, elements, self.q0)
-                dead.append(DeadForce(value, profile))
-        return tuple(dead), tuple(pressures)
-
-    def _weight(self) -> np.ndarray:
-        """(n,) generalized force of a unit acceleration of everything."""
-        return self.mass @ self.translation
-
-
-def _load_name(load) -> str:
-    if load.kind == "solar":
-        return Sunlight.name
-    if load.kind != "pressure":
-        return load.kind.replace("_", " ")
-    return "follower pressure" if load.follower else "dead pressure"
 
 
 def _lifted(points: np.ndarray) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""From a scene's tables to terms of the equations of motion."""
