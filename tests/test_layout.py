@@ -33,7 +33,7 @@ ARROWS = {
     "study": {
         *("study", "api", "solve", "scene", "scenes", "output", "terms.threads", "model", "errors", "clock", "machine"),
     },
-    "cli": {"study", "output", "solve", "description", "scene", "scenes", "errors", "clock"},
+    "cli": {"cli", "study", "output", "solve", "description", "scene", "scenes", "errors", "clock"},
     "__init__": {"api", "scene", "errors"},
     "__main__": {"cli"},
 }
