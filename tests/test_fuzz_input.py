@@ -145,6 +145,7 @@ RESULTS = (
     "probes.csv",
     "reactions.csv",
     "summary.json",
+    "report.html",
     "checkpoint.npz",
 )
 
