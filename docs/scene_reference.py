@@ -1,7 +1,13 @@
-"""The reference of the scene file, made from the models that validate it: keys, what they want, units, defaults."""
+"""The reference of the scene file, made from the models that validate it: keys, what they want, units, defaults.
+
+    python docs/scene_reference.py
+
+writes scene_reference.md.
+"""
 
 import re
 import typing
+from pathlib import Path
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -110,3 +116,7 @@ def _default(field: FieldInfo) -> str:
 
 def _cell(text: str) -> str:
     return re.sub(r"\s+", " ", text).replace("|", r"\|")
+
+
+if __name__ == "__main__":
+    Path(__file__).with_suffix(".md").write_text(reference())

@@ -1,6 +1,7 @@
 """How the project is built: arrows of import, packages, the grammar of kernels."""
 
 import ast
+import importlib.machinery
 import importlib.util
 import re
 import sys
@@ -8,6 +9,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
+
+import warp_origami
 
 ROOT = Path(__file__).parents[1]
 TREES = {"warp_origami": ROOT / "warp_origami", "warp_origami.kernels": ROOT / "kernels"}
@@ -197,3 +200,10 @@ def test_product_does_not_name_folders_outside_the_checkout():
     paths = [*MODULES.values(), *ROOT.glob("scenes/**/*.toml"), *ROOT.glob("tests/*.py"), *ROOT.glob("*.md")]
     for path in [*paths, ROOT / "pyproject.toml"]:
         assert outside not in path.read_text(encoding="utf-8"), path
+
+
+def test_a_checkout_that_is_not_installed_finds_all_its_packages():
+    """Python prefers the folder where it runs to an installation: there kernels/ and scenes/ are beside the package."""
+    for name in ("kernels", "scenes"):
+        found = importlib.machinery.PathFinder.find_spec(f"warp_origami.{name}", warp_origami.__path__)
+        assert Path(found.origin).parent == ROOT / name

@@ -6,6 +6,7 @@ import pytest
 import warp_origami as wo
 from contact_cases import wavy
 from runs import GRAVITY, film, system_of
+from warp_origami.description import describe
 from warp_origami.errors import InputError
 from warp_origami.solve.constraint_form import make_constraint_form
 from warp_origami.solve.generalized_alpha import GeneralizedAlpha
@@ -184,3 +185,10 @@ def test_layers_that_coincide_are_refused():
     pattern = {"nx": 3, "ny": 1, "creases_x": [1, 2], "opening": 1e-12}
     with pytest.raises(InputError, match=r"pattern\.initial: got stowed layers that coincide, such as faces \d and \d"):
         system_of(film(1.0, pattern, contact={"method": "sts"}))
+
+
+def test_check_says_what_is_held_and_driven_and_how_far():
+    driver = [{"name": "corner", "at": {"near": [0.61, 0.6]}, "axes": "xz", "translate": [0.03, 5.0, 0.04]}]
+    lines = dict(describe(film(1.0, {}, support=[{"at": {"box": [[0.0, 0.0], [0.0, 0.6]]}}], driver=driver)))
+    assert lines["support.0"] == "3 vertices, x 0 to 0, y 0 to 0.6: holds x, y, z"
+    assert lines["corner"] == "vertex 8 at (0.6, 0.6): drives x, z, 0.05 m at the end"

@@ -7,6 +7,12 @@ result = wo.simulate(scene, device="cpu")
 """
 
 from importlib import import_module
+from pathlib import Path
+
+_CHECKOUT = Path(__file__).resolve().parents[1]
+if (_CHECKOUT / "kernels" / "precision.py").exists():
+    # in a checkout kernels/ and scenes/ stand beside the package, not in it as in an installation
+    __path__.append(str(_CHECKOUT))
 
 _PLACES = {
     "InputError": "errors",

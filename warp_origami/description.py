@@ -1,8 +1,11 @@
 """What a scene models, in words, without running it."""
 
+import numpy as np
+
 from .clock import PhaseClock
 from .model.generators import build_pattern
 from .model.pattern_report import describe_pattern
+from .model.prescribed import prescribed_motion
 from .scene import Scene
 from .scene.settings import Contact as ContactTable
 from .system import System
@@ -28,6 +31,7 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
             f"{constraints.dropped} redundant dropped; "
             f"{'by elimination' if scene.integrator.constraints == 'eliminate' else 'by multipliers'}",
         ),
+        *_describe_motion(system),
         ("mass", _describe_mass(system)),
         ("terms", ", ".join(system.terms)),
         ("kernel modules", ", ".join(system.kernel_modules)),
@@ -36,6 +40,29 @@ def describe(scene: Scene) -> list[tuple[str, str]]:
     if system.contact is not None:
         lines += _describe_stiffness(scene.contact, system.contact_settings)
         lines += system.contact.summary().lines()
+    return lines
+
+
+def _describe_motion(system: System) -> list[tuple[str, str]]:
+    """What supports and drivers hold, where that is on the flat sheet, and how far drivers go."""
+    constraints, mesh = system.constraints, system.mesh
+    motion, _, _ = prescribed_motion(constraints.prescribers, constraints.rows, system.scene.analysis.end)
+    lines = []
+    for k, prescriber in enumerate(constraints.prescribers):
+        vertices = prescriber.selection.vertices
+        if not len(vertices):  # the hub
+            continue
+        x, y = mesh.vertices[vertices].T
+        place = f"vertex {vertices[0]} at ({x[0]:.6g}, {y[0]:.6g})"
+        if len(vertices) > 1:
+            place = f"{len(vertices)} vertices, x {x.min():.6g} to {x.max():.6g}, y {y.min():.6g} to {y.max():.6g}"
+        components = ", ".join("xyz"[c] for c in prescriber.components)
+        said = f"{place}: holds {components}"
+        if prescriber.motion is not None:
+            mine = (constraints.rows.prescribers == k) & ~constraints.rows.slopes
+            way = np.linalg.norm((motion - constraints.rows.initial)[mine][:, list(prescriber.components)], axis=1)
+            said = f"{place}: drives {components}, {way.max():.6g} m at the end"
+        lines.append((prescriber.name or prescriber.key, said))
     return lines
 
 
