@@ -118,3 +118,18 @@ def test_a_file_is_not_replaced_by_what_is_read_from_it(command, tmp_path):
     before = (tmp_path / "l.fold").read_bytes()
     assert command("fold", "l.fold").exit_code == 2
     assert (tmp_path / "l.fold").read_bytes() == before
+
+
+def test_the_pattern_of_a_scene_is_not_replaced_by_that_of_the_same_name(command, tmp_path):
+    """The scene mine.toml has its pattern in mine.fold, where `fold mine.toml` would write."""
+    command("fold", "z_fold", "--out", "mine.fold")
+    before = (tmp_path / "mine.fold").read_bytes()
+    (tmp_path / "mine.toml").write_text(
+        'name = "mine"\nanalysis = { kind = "static" }\npattern = { kind = "fold", file = "mine.fold", refine = 2 }\n'
+        "material = { density = 1.0, youngs_modulus = 1e9, poisson_ratio = 0.3, thickness = 1e-3 }\n"
+    )
+    ended = command("fold", "mine.toml")
+    assert ended.exit_code == 2
+    assert ended.stderr.startswith("--out: got 'mine.fold', which exists, wants the name of a new file")
+    assert (tmp_path / "mine.fold").read_bytes() == before
+    assert command("fold", "mine.toml", "--out", "other.fold").exit_code == 0

@@ -194,3 +194,52 @@ def test_wrong_hubs_are_refused():
             material=FILM,
             load=[{"kind": "initial_spin", "rate": 1.0}],
         )
+
+
+@pytest.mark.parametrize(("rings", "segments"), [(2, 12), (4, 24)])
+def test_a_round_hub_holds_the_film_as_a_driver_of_its_rim_does(rings, segments):
+    """Torque of an annulus twisted by 0.02 rad: a polygon that stands for a circle holds its mean direction only."""
+    inner, torques = {"circle": [0.0, 0.0, 0.2]}, []
+    for moved in (
+        {"hub": {"at": inner, "mass": 0.1, "axial_inertia": 1e-3, "mount": "driven", "angle": 0.02}},
+        {"driver": [{"at": inner, "rotate": {"axis": [0.0, 0.0, 1.0], "angle": 0.02}}]},
+    ):
+        annulus = wo.Scene(
+            name="annulus",
+            analysis={"kind": "static", "load_steps": 2},
+            pattern={"kind": "annulus", "inner_radius": 0.2, "outer_radius": 0.5, "rings": rings, "segments": segments},
+            material=FILM | {"model": "linear"},
+            support=[{"name": "rim", "at": {"circle": [0.0, 0.0, 0.5]}}],
+            **moved,
+        )
+        torques.append(wo.simulate(annulus, device="cpu").reactions["rim"][-1, 5])
+    assert torques[0] == pytest.approx(torques[1], rel=1e-9)
+
+
+def test_stiffness_damping_is_none_of_the_hub():
+    """It would brake the rotation of a rigid body by a tenth within a tenth of a turn; the film's share is small."""
+    spin, damped = {"kind": "initial_spin", "rate": 3.0}, FILM | {"stiffness_damping": 1e-6}
+    body = scene(0.2, {"at": {"all": True}}, 2e-3, 0.9, load=[spin], material=damped, pattern=SMALL)
+    assert abs(wo.simulate(body, device="cpu").summary["angular_momentum_change"]) < 1e-3
+
+
+def test_change_of_angular_momentum_is_told_only_where_there_is_some_to_keep():
+    still = scene(0.02, hub={"mount": "driven", "angle": 0.1})
+    assert "angular_momentum_change" not in wo.simulate(still, device="cpu").summary
+    spun = spinning(0.02, 0.01, 0.6)
+    assert "angular_momentum_change" in wo.simulate(spun, device="cpu").summary
+
+
+def test_expected_speed_is_that_of_what_a_driven_hub_leads():
+    """Half a turn in a second, smooth: 1.875 pi rad/s at most, at 0.71 m from the axis."""
+    contact = {"expected_speed": "auto", "sts_stiffness": "auto", "nts_stiffness": "auto"}
+    system = system_of(scene(1.0, hub={"mount": "driven", "angle": np.pi}, contact=contact))
+    speed = 1.875 * np.pi * np.sqrt(0.5)
+    assert speed < system.contact_settings.expected_speed < 3.0 * speed
+
+
+def test_a_support_cannot_have_the_name_of_a_hub_with_reactions():
+    support = [{"name": "hub", "at": {"near": [1.5, 1.5]}}]
+    with pytest.raises(InputError, match=r"support\.0\.name.*the hub has it"):
+        scene(hub={"mount": "axis"}, support=support)
+    scene(hub={"mount": "free"}, support=support)

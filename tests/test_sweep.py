@@ -113,6 +113,25 @@ def test_grid_has_every_combination_and_list_goes_together():
     assert [type(row[0]) for row in points(study(parameter=[counted]))] == [int, int]
 
 
+def test_files_of_patterns_lie_beside_their_scene(folder, monkeypatch):
+    """Not where the study is started, whatever lies there."""
+    for name, width in (("narrow", 0.2), ("wide", 0.4)):
+        write_fold(folder / f"{name}.fold", width)
+    (folder / "elsewhere").mkdir()
+    write_fold(folder / "elsewhere" / "wide.fold", 7.0)
+    monkeypatch.chdir(folder / "elsewhere")
+    scene = SCENE.replace('kind = "sheet"\nwidth = 0.6\nheight = 0.6', 'kind = "fold"\nfile = "narrow.fold"')
+    (folder / "film.toml").write_text(scene.partition("[[probe]]")[0])
+    files = {"key": "pattern.file", "values": ["narrow.fold", "wide.fold"]}
+    runs = plan(study(parameter=[files], result=[{"name": "kinetic", "of": "history.kinetic_energy"}]), folder)
+    assert [run.scene.pattern.file for run in runs] == [str(folder / "narrow.fold"), str(folder / "wide.fold")]
+
+
+def write_fold(path, width):
+    corners = [[0, 0], [width, 0], [width, 0.6], [0, 0.6]]
+    path.write_text(json.dumps({"vertices_coords": corners, "faces_vertices": [[0, 1, 2], [0, 2, 3]]}))
+
+
 def test_latin_hypercube_covers_each_parameter_evenly_and_is_seeded():
     parameters = [
         {"key": "a", "range": [0.0, 10.0]},

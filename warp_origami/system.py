@@ -131,7 +131,7 @@ class System:
             self.v0 = initial_velocity(scene, *sheet, self.constraints, self.hub, self.q0)
             self.contact_settings = self.contact = None
             if scene.contact is not None:
-                self.contact_settings = contact_settings(scene, *sheet, self.constraints, self.v0)
+                self.contact_settings = contact_settings(scene, *sheet, self.constraints, self.v0, self.hub)
                 self.contact = make_contact(scene, self.contact_settings, self.pattern, *sheet, self.q0, self.device)
             self.friction = make_friction(scene, *sheet)
         with clock.phase("setup"):
@@ -182,9 +182,11 @@ class System:
         mixed: bool = False,
         geometric: bool = True,
         contact: bool = True,
+        hub: bool = True,
     ) -> Linearization:
         """Gradient of the energies at q (n, 3), and the tangent of that gradient less the external force, if given;
-        `mixed` and `geometric` as in Membrane.linearize, `contact` as in evaluate."""
+        `mixed` and `geometric` as in Membrane.linearize, `contact` as in evaluate; `hub`: the tangent has the part that
+        keeps the hub rigid."""
         with self.clock.phase("assembly"):
             energy, gradient = self.membrane.linearize(q, mixed, geometric)
             blocks, skew = self.membrane.blocks, None
@@ -196,7 +198,10 @@ class System:
             for term in self._joining:
                 more, part = term.gradient(q)
                 energy, gradient = energy + more, gradient + part
-                term.add_tangent(q, self.membrane.storage, first, geometric)
+                if term is self.rigid_hub and not hub:
+                    self.membrane.storage.write_at(first, np.zeros((term.block_count, 3, 3)))
+                else:
+                    term.add_tangent(q, self.membrane.storage, first, geometric)
                 first += term.block_count
         if self.contact is None or not contact:
             return Linearization(energy, gradient, blocks, skew=skew)

@@ -60,7 +60,8 @@ def fold(source: str, out: Path | None, overrides: tuple[str, ...]) -> None:
         name, read = load_pattern(source, overrides)
         path = Path(f"{Path(name).name}.fold") if out is None else out
         check_file(path, ".fold")
-        if path.exists() and folder.exists() and path.samefile(folder):
-            raise InputError("--out", repr(str(path)), "another file than the one that is read")
+        if path.exists() and (out is None or (folder.exists() and path.samefile(folder))):
+            # a scene mine.toml is likely to have its pattern in mine.fold
+            raise InputError("--out", f"{str(path)!r}, which exists", "the name of a new file, or of one to replace")
         frames = write_pattern(path, read, name)
     click.echo(f"{path}: {frames} frames" if frames > 1 else f"{path}: 1 frame")

@@ -6,6 +6,7 @@ from ..errors import InputError
 from ..model.constraints import Constraints
 from ..model.coordinates import Coordinates
 from ..model.crossing import find_crossing
+from ..model.hub import Hub
 from ..model.mesh import Mesh
 from ..model.pattern import Pattern
 from ..model.submesh import default_divisions
@@ -18,13 +19,14 @@ from ..terms.contact.stiffness import Film, node_stiffness, surface_stiffness
 
 
 def contact_settings(
-    scene: Scene, mesh: Mesh, coordinates: Coordinates, constraints: Constraints, v0: np.ndarray
+    scene: Scene, mesh: Mesh, coordinates: Coordinates, constraints: Constraints, v0: np.ndarray, hub: Hub | None
 ) -> ContactTable:
     """The scene's table with the numbers that stand for every "auto"; `v0` (n, 3) is the initial velocity."""
     contact, material = scene.contact, scene.material
     if "auto" not in (contact.sts_stiffness, contact.nts_stiffness):
         return contact
-    approach = expected_approach(scene, mesh, constraints, v0[coordinates.positions[coordinates.positions >= 0]])
+    velocities = v0[coordinates.positions[coordinates.positions >= 0]]
+    approach = expected_approach(scene, mesh, constraints, velocities, hub)
     speed = approach.speed if contact.expected_speed == "auto" else contact.expected_speed
     depth = contact.target_penetration * contact.thickness
     divisions = default_divisions(len(mesh.triangles))

@@ -17,7 +17,7 @@ import numpy as np
 from .coordinates import Coordinates
 from .mesh import Mesh
 from .prescribed import Motion, PrescribedRows, Prescriber
-from .selectors import Selection
+from .selectors import Selection, held_directions
 
 ROWS = 4
 """Rows of q of a hub: c, d_1, d_2, d_3."""
@@ -87,7 +87,8 @@ def fasten_hub(
     centre: np.ndarray | None,
     gyration: float,
 ) -> Hub:
-    """Hub to which selected vertices are fixed, and mesh edges whose two ends are selected along their whole length.
+    """Hub to which selected vertices are fixed, elements that are selected as a whole, and boundary edges between
+    selected vertices along their whole length.
 
     `coordinates` have its rows behind those of the sheet; `q0` (n, 3) is the initial state of the sheet;
     `gyration` the hub's radius of gyration, m.
@@ -99,19 +100,29 @@ def fasten_hub(
         Tie(int(v), [(int(row), 1.0)], np.concatenate([[1.0], frame @ (q0[row] - centre)]))
         for v, row in zip(selection.vertices, positions, strict=True)
     ]
-    fixed = np.zeros(len(mesh.vertices), dtype=bool)
-    fixed[selection.vertices] = True
-    for d in np.flatnonzero(fixed[mesh.edges].all(axis=1)):
-        along = mesh.vertices[mesh.edges[d, 1]] - mesh.vertices[mesh.edges[d, 0]]
-        x, y = (float(part) for part in along / np.linalg.norm(along))
-        for e in mesh.edge_triangles[d][mesh.edge_triangles[d] >= 0]:
-            for v in mesh.edges[d].tolist():
-                corner = int(np.flatnonzero(mesh.triangles[e] == v)[0])
-                g = int(coordinates.elements[e, 3 * corner + 1])
-                slope = x * q0[g] + y * q0[g + 1]
-                ties.append(Tie(v, [(g, x), (g + 1, y)], np.concatenate([[0.0], frame @ slope])))
+    for v, e, direction in _fixed_directions(mesh, selection):
+        corner = int(np.flatnonzero(mesh.triangles[e] == v)[0])
+        g = int(coordinates.elements[e, 3 * corner + 1])
+        x, y = (float(part) for part in direction)
+        slope = x * q0[g] + y * q0[g + 1]
+        ties.append(Tie(v, [(g, x), (g + 1, y)], np.concatenate([[0.0], frame @ slope])))
     radius = max(gyration, float(np.linalg.norm(q0[positions] - centre, axis=1).max()))
     return Hub(coordinates.count - ROWS, len(mesh.vertices), centre, frame, ties, radius)
+
+
+def _fixed_directions(mesh: Mesh, selection: Selection) -> list[tuple[int, int, np.ndarray]]:
+    """Directions in which slopes go with the hub, as held_directions: along held boundary edges as a support holds
+    them, so that a polygon that stands for a curve does not hold more than its mean direction; and along all edges of
+    elements that are selected as a whole, which do not deform."""
+    rows = held_directions(mesh, selection)
+    fixed = np.zeros(len(mesh.vertices), dtype=bool)
+    fixed[selection.vertices] = True
+    for e in np.flatnonzero(fixed[mesh.triangles].all(axis=1)).tolist():
+        corners = mesh.triangles[e].tolist()
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            along = mesh.vertices[b] - mesh.vertices[a]
+            rows += [(v, e, along / np.linalg.norm(along)) for v in (a, b)]
+    return rows
 
 
 def hold_hub(

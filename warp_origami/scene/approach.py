@@ -18,8 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from warp_origami.model.constraints import Constraints
+from warp_origami.model.hub import ROWS as HUB_ROWS
+from warp_origami.model.hub import Hub
 from warp_origami.model.mesh import Mesh
-from warp_origami.model.prescribed import prescribed_motion
+from warp_origami.model.prescribed import PrescribedRows, prescribed_motion
 
 from .document import Scene
 from .motion import Profile
@@ -46,7 +48,9 @@ class Approach:
     force: float
 
 
-def expected_approach(scene: Scene, mesh: Mesh, constraints: Constraints, velocities: np.ndarray) -> Approach:
+def expected_approach(
+    scene: Scene, mesh: Mesh, constraints: Constraints, velocities: np.ndarray, hub: Hub | None = None
+) -> Approach:
     """The approach that a scene lets expect; `velocities` (k, 3) are those of points of the sheet at the start, m/s."""
     material, area = scene.material, float(mesh.areas.sum())
     areal_mass = material.density * material.thickness
@@ -61,7 +65,9 @@ def expected_approach(scene: Scene, mesh: Mesh, constraints: Constraints, veloci
         elif load.kind == "solar":
             here = 2.0 * load.value * factor
         elif load.kind == "gravity":
-            here = areal_mass * float(np.linalg.norm(load.acceleration)) * factor
+            strength = float(np.linalg.norm(load.acceleration)) * factor
+            here = areal_mass * strength
+            force = max([force, *(mass.value * strength for mass in scene.mass)])
         else:
             total = float(np.linalg.norm(load.value)) * factor
             here = total / area
@@ -73,11 +79,11 @@ def expected_approach(scene: Scene, mesh: Mesh, constraints: Constraints, veloci
     gained = [acceleration * scene.analysis.end, np.sqrt(2.0 * acceleration * mesh.size)]
     if material.mass_damping > 0.0:
         gained.append(acceleration / material.mass_damping)
-    speed = _largest_difference(constraints, velocities, scene.analysis.end) + min(gained)
+    speed = _largest_difference(constraints, velocities, scene.analysis.end, hub) + min(gained)
     return Approach(float(speed), pressure, force)
 
 
-def _largest_difference(constraints: Constraints, velocities: np.ndarray, end: float) -> float:
+def _largest_difference(constraints: Constraints, velocities: np.ndarray, end: float, hub: Hub | None) -> float:
     """Between the velocities of points at the start, driven points at any time, and rest if anything is driven; m/s."""
     rows, prescribers = constraints.rows, constraints.prescribers
     profiles = [p.motion.profile for p in prescribers if p.motion is not None]
@@ -85,10 +91,19 @@ def _largest_difference(constraints: Constraints, velocities: np.ndarray, end: f
         return _span(velocities)
     kinks = {t for profile in profiles for t in profile.kinks if 0.0 <= t < end}
     still = np.append(velocities, np.zeros((1, 3)), axis=0)
-    return max(
-        _span(np.concatenate([prescribed_motion(prescribers, rows, time)[1][~rows.slopes], still]))
-        for time in [*np.linspace(0.0, end, SAMPLES + 1), *kinks]
-    )
+    spans = []
+    for time in [*np.linspace(0.0, end, SAMPLES + 1), *kinks]:
+        driven = prescribed_motion(prescribers, rows, time)[1]
+        spans.append(_span(np.concatenate([driven[~rows.slopes], _led_by(hub, rows, driven), still])))
+    return max(spans)
+
+
+def _led_by(hub: Hub | None, rows: PrescribedRows, driven: np.ndarray) -> np.ndarray:
+    """(k, 3) velocities of the points that are fixed to a hub all of whose rows are driven."""
+    mine = np.zeros(0, dtype=int) if hub is None else np.flatnonzero(rows.vertices == hub.vertex)
+    if len(mine) < HUB_ROWS:
+        return np.zeros((0, 3))
+    return np.array([tie.hub @ driven[mine] for tie in hub.ties if len(tie.entries) == 1]).reshape(-1, 3)
 
 
 def _span(velocities: np.ndarray) -> float:

@@ -105,6 +105,8 @@ class Scene(Table):
     def _refuse_repeated_names(self) -> None:
         # supports and drivers share the columns of reactions.csv
         owners: dict[str, str] = {}
+        if self.hub is not None and self.hub.mount != "free":
+            owners["hub"] = "the hub"
         movers = [(f"{key}.{i}", item) for key in ("support", "driver") for i, item in enumerate(getattr(self, key))]
         for place, item in movers:
             if item.name is not None and item.name in owners:

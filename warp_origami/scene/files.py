@@ -37,8 +37,17 @@ def load_tables(name_or_path: str | Path, overrides: Iterable[str] = ()) -> dict
     for override in overrides:
         apply_override(tables, override)
     check_depth(tables, str(path))
-    _resolve_pattern_file(tables, path.parent)
+    resolve_pattern_file(tables, path.parent)
     return tables
+
+
+def scene_folder(name_or_path: str | Path) -> Path:
+    """Where the paths in a scene start.
+
+    Raises:
+        InputError: there is no such scene.
+    """
+    return _find(name_or_path).parent
 
 
 def _find(name_or_path: str | Path) -> Path:
@@ -52,7 +61,7 @@ def _find(name_or_path: str | Path) -> Path:
     raise InputError("scene", repr(str(name_or_path)), f"the path of a .toml file or a bundled scene ({names})")
 
 
-def _resolve_pattern_file(values: dict[str, Any], folder: Path) -> None:
+def resolve_pattern_file(values: dict[str, Any], folder: Path) -> None:
     """Makes the path of a FOLD file, which the user gives relative to the scene file, absolute."""
     pattern = values.get("pattern")
     if isinstance(pattern, dict) and isinstance(pattern.get("file"), str) and pattern["file"]:

@@ -62,7 +62,7 @@ class LeafIn(PatternTable):
     corner_distance: Positive | None = Field(
         default=None, description="a number > 0, m: distance of the stowed corners from the axis"
     )
-    rings: Annotated[Count, Field(ge=2, le=50)] = Field(default=3, description="an integer from 2 to 50: rings")
+    rings: Annotated[Count, Field(ge=2, le=13)] = Field(default=3, description="an integer from 2 to 13: rings")
     widths: Annotated[tuple[Positive, ...], AsTuple] | None = Field(
         default=None, description="a list of numbers > 0: widths of the rings from the centre over each other [equal]"
     )

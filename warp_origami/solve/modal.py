@@ -44,8 +44,8 @@ FRAMES = 16
 """Drawn frames of a period."""
 
 SKEW = (
-    "the follower pressure acts on a free edge, where it has no potential: the skew part of its tangent, by which such "
-    "a sheet can gain or lose energy as it vibrates, is left out of the frequencies"
+    "the follower pressure or sunlight acts on a free edge, where it has no potential: the skew part of its tangent, "
+    "by which such a sheet can gain or lose energy as it vibrates, is left out of the frequencies"
 )
 
 COUPLED = 1e-3

@@ -13,6 +13,9 @@ from warp_origami.system import System
 
 from .records import SPIN_COLUMNS
 
+LEAST_SPIN = 1e-6
+"""Angular momentum at the start over that at the end, below which it is round-off."""
+
 
 class Spin:
     """Reads spin off the state of a system that has a hub or starts with a spin; empty for any other."""
@@ -47,16 +50,17 @@ class Spin:
         return dict(zip(SPIN_COLUMNS, [rate, inertia, *momentum.tolist()], strict=True))
 
     def summary(self, q: np.ndarray, v: np.ndarray) -> dict[str, object]:
-        """What the summary says at the end; `angular_momentum_change` is relative, about the axis."""
+        """What the summary says at the end; `angular_momentum_change` is relative, about the axis, and there only if
+        the motion starts with a spin that nothing drives."""
         if self.axis is None:
             return {}
         first, last = (self._momentum(*state) for state in ((self.system.q0, self.system.v0), (q, v)))
-        change = float((last - first) @ self.axis) / max(float(np.linalg.norm(first)), np.finfo(float).tiny)
-        return {
-            "angular_momentum_initial": first.tolist(),
-            "angular_momentum": last.tolist(),
-            "angular_momentum_change": change,
-        }
+        found = {"angular_momentum_initial": first.tolist(), "angular_momentum": last.tolist()}
+        size = float(np.linalg.norm(first))
+        driven = self.system.hub is not None and self.system.scene.hub.mount == "driven"
+        if not driven and size > LEAST_SPIN * float(np.linalg.norm(last)):
+            found["angular_momentum_change"] = float((last - first) @ self.axis) / size
+        return found
 
     def _momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         return np.array(list(self(q, v).values())[2:])

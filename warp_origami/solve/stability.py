@@ -37,7 +37,7 @@ def remarks(system: System, q: np.ndarray, external: ExternalForce) -> list[str]
     elif count:
         found.append(
             f"the equilibrium may be unstable: the symmetric part of its tangent has negative eigenvalues, {count} of "
-            "them (follower pressure acts on a free edge, where it has no potential)"
+            "them (follower pressure or sunlight acts on a free edge, where it has no potential)"
         )
     return found
 

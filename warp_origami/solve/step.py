@@ -233,10 +233,10 @@ class Stepper:
         return c.null_space @ (c.left_inverse @ (form.predictor.ravel() - prescribed)) + prescribed
 
     def _damping_matrix(self, q: np.ndarray) -> csc_matrix | None:
-        """K_0 of stiffness damping at q."""
+        """K_0 of stiffness damping at q; the stiffness that keeps a hub rigid is none of a material."""
         if self.full_tangent is None:
             return None
-        linearization = self.system.linearize(q, contact=False)
+        linearization = self.system.linearize(q, contact=False, hub=False)
         self.constraint_form.hold_damping(linearization)
         return self.full_tangent.matrix(self.full_tangent.values(linearization.blocks).copy())
 

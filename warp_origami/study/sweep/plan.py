@@ -9,7 +9,7 @@ from typing import Any
 from warp_origami.errors import InputError
 from warp_origami.output.checkpoint import pattern_identity
 from warp_origami.scene import Scene
-from warp_origami.scene.files import load_tables, set_value
+from warp_origami.scene.files import load_tables, resolve_pattern_file, scene_folder, set_value
 from warp_origami.scenes import bundled_scenes
 
 from ..results import check_path
@@ -52,7 +52,8 @@ def plan(study: Study, folder: Path) -> list[Run]:
     Raises:
         InputError: there is no such scene, a key leads nowhere, no point gives a scene, or a result is none of it.
     """
-    base = load_tables(_scene_of(study, folder))
+    scene_path = _scene_of(study, folder)
+    base, place = load_tables(scene_path), scene_folder(scene_path)
     for key, value in study.set.items():
         set_value(base, key, value, f"set.{key}")
     runs, first = [], None
@@ -61,6 +62,7 @@ def plan(study: Study, folder: Path) -> list[Run]:
         try:
             for k, (parameter, value) in enumerate(zip(study.parameter, values, strict=True)):
                 set_value(tables, parameter.key, value, f"parameter.{k}.key {parameter.key}")
+            resolve_pattern_file(tables, place)
             scene = Scene(**tables)
         except InputError as error:
             first = first or error
