@@ -43,6 +43,11 @@ SCENES = (
     "verification/drum",
     "verification/twisted_annulus",
     "hard/miura",
+    "ikaros",
+    "leaf_out",
+    "square_twist",
+    "cross_fold",
+    "z_fold",
     "hard/strip_folded_twice",
 )
 FOLDS = ("two_sheets", "hard/strip_folded_twice", "hard/crossing_strips", "verification/patch")

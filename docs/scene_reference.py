@@ -102,7 +102,7 @@ def _default(field: FieldInfo) -> str:
         return "required"
     value = field.get_default(call_default_factory=True)
     if value is None:
-        return "none"
+        return "see left" if re.search("unless given|without it", field.description or "") else "none"
     if isinstance(value, BaseModel):
         return "its defaults"
     if isinstance(value, bool):

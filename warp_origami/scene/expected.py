@@ -62,7 +62,8 @@ class Verification(Table):
         description='a list of meshes, coarse to fine, each a list of changes to the scene: ["pattern.nx=4", ...]',
     )
     quick: Count | None = Field(
-        default=None, description="an integer from 1 to the number of meshes: those of a quick check [all but the last]"
+        default=None,
+        description="an integer up to the number of meshes: those of a quick check (unless given: all but the last)",
     )
     value: Annotated[tuple[Value, ...], AsTuple] = Field(min_length=1, description="an array of tables")
 

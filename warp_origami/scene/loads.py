@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from .base import Number, Positive, Table, Vector3, fault
 from .motion import AT_WANTS, Profile, Selector
 
-PROFILE_WANTS = "a profile, for example of kind constant"
+PROFILE_WANTS = "a profile (unless given: constant; in statics the load factor)"
 
 
 class Gravity(Table):

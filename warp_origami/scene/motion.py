@@ -37,7 +37,9 @@ class Selector(Table):
     circle: Annotated[tuple[Number, Number, Positive], AsTuple] | None = Field(
         default=None, description="[cx, cy, radius], m, radius > 0"
     )
-    tol: Positive | None = Field(default=None, description="a number > 0, m: distance from the circle that counts")
+    tol: Positive | None = Field(
+        default=None, description="a number > 0, m: distance from the circle that counts (unless given: 1e-6)"
+    )
     boundary: Literal[True] | None = Field(default=None, description="true")
     all: Literal[True] | None = Field(default=None, description="true")
     vertices: Annotated[tuple[Index, ...], AsTuple, Field(min_length=1)] | None = Field(
@@ -73,8 +75,13 @@ class Profile(Table):
     kind: Literal["constant", "linear", "smooth", "trapezoid", "table"] = Field(
         default="smooth", description=PROFILE_WANTS
     )
-    start: Number | None = Field(default=None, description="a number, s: from here on the factor grows from 0")
-    end: Number | None = Field(default=None, description="a number, s, after start: from here on the factor is 1")
+    start: Number | None = Field(
+        default=None, description="a number, s: from here on the factor grows from 0 (unless given: 0)"
+    )
+    end: Number | None = Field(
+        default=None,
+        description="a number, s, after start: from here on the factor is 1 (unless given: the end of the run)",
+    )
     table: Annotated[tuple[tuple[Number, Number], ...], AsTuple] | None = Field(
         default=None, description="two or more rows [time in s, factor], times increasing"
     )
@@ -158,7 +165,10 @@ class Driver(Table):
         default=None, description="a number > -1, beside translate_to: the flat sheet is scaled by 1 + overstretch"
     )
     axes: Components = Field(default="xyz", description=COMPONENTS_WANTS)
-    profile: Profile | None = Field(default=None, description="a profile: a table with kind, start, end, or with table")
+    profile: Profile | None = Field(
+        default=None,
+        description="a profile: a table with kind, start, end, or with table (unless given: smooth over the run)",
+    )
 
     @model_validator(mode="after")
     def _one_motion(self):

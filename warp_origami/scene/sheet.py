@@ -16,7 +16,7 @@ from .base import AsTuple, Count, NotNegative, Number, Positive, Table, Vector2,
 
 REFINE_WANTS = "an integer >= 1: every triangle is split into refine^2 elements"
 UNFOLDED_WANTS = '"flat" or { stretch = [a, b] }'
-INITIAL_WANTS = '"flat", "stowed" or { stretch = [a, b] }'
+INITIAL_WANTS = '"flat", "stowed" or { stretch = [a, b] } (unless given: stowed where there is such a state)'
 
 
 class Stretch(Table):
@@ -57,14 +57,19 @@ class LeafIn(PatternTable):
     kind: Literal["leaf_in"] = Field(description='"leaf_in"')
     side: Positive = Field(default=0.6, description="a number > 0: side of the square, m")
     inset: NotNegative | None = Field(
-        default=None, description="a number >= 0, m: how far ring middles 1 and 2 lie inside their squares"
+        default=None,
+        description="a number >= 0, m: how far ring middles but the last lie inside their squares "
+        "(unless given: a twentieth of the narrowest ring)",
     )
     corner_distance: Positive | None = Field(
-        default=None, description="a number > 0, m: distance of the stowed corners from the axis"
+        default=None,
+        description="a number > 0, m: distance of the stowed corners from the axis "
+        "(unless given: 0.52 side; of other rings the first of some at which nothing crosses)",
     )
     rings: Annotated[Count, Field(ge=2, le=13)] = Field(default=3, description="an integer from 2 to 13: rings")
     widths: Annotated[tuple[Positive, ...], AsTuple] | None = Field(
-        default=None, description="a list of numbers > 0: widths of the rings from the centre over each other [equal]"
+        default=None,
+        description="a list of numbers > 0: widths of the rings from the centre over each other (unless given: equal)",
     )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
@@ -141,7 +146,8 @@ class CrossFold(PatternTable):
         default=0.1, description="a number from 0 to pi/2, rad: angle between neighbouring strips when stowed"
     )
     columns: Several | None = Field(
-        default=None, description=f"an integer from 1 to {MOST}: element sides along half a side [as long as strips]"
+        default=None,
+        description=f"an integer from 1 to {MOST}: element sides along half a side (unless given: as long as strips)",
     )
     slits: Annotated[NotNegative, Field(lt=1.0)] = Field(
         default=0.0, description="a number >= 0 and < 1: share of the diagonals that is open, between bridges"
@@ -181,7 +187,7 @@ class ZFold(PatternTable):
     )
     columns: Several | None = Field(
         default=None,
-        description=f"an integer from 1 to {MOST}: elements along a fold line [as long as strips are wide]",
+        description=f"an integer from 1 to {MOST}: elements along a fold line (unless given: strips are as wide)",
     )
     opening: Opening = Field(
         default=0.1, description="a number from 0 to pi, rad: angle between neighbouring strips when stowed"
@@ -207,7 +213,7 @@ class SquareTwist(PatternTable):
     opening: Opening | None = Field(
         default=None,
         description="a number from 0 to pi, rad: angle between faces at the most closed creases when stowed "
-        '["rigid" 0.3; "classic" 0, nothing else]',
+        '(unless given: "rigid" 0.3; "classic" 0, nothing else)',
     )
     refine: Count = Field(default=1, description=REFINE_WANTS)
     initial: Initial = Field(default="stowed", description=INITIAL_WANTS)
@@ -226,7 +232,8 @@ class RoundTable(PatternTable):
 
     rings: Count = Field(description="an integer >= 1: rings of triangles")
     segments: Annotated[Count, Field(ge=3)] | None = Field(
-        default=None, description="an integer >= 3: edges of the outer rim"
+        default=None,
+        description="an integer >= 3: edges of the outer rim (unless given: as many as make triangles even)",
     )
     grading: Grading = Field(
         default=1.0,
