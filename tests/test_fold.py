@@ -175,7 +175,8 @@ REFUSED = [
     ({"vertices_coords": []}, "vertices_coords", "[]"),
     ({"vertices_coords": "x"}, "vertices_coords", '"x"'),
     ({"vertices_coords__2": [0.5, 0.5]}, "faces_vertices[1]", "[1, 4, 3, 2]"),
-    ({"faces_vertices": ...}, "faces_vertices", "nothing"),
+    ({"faces_vertices": ...}, "faces_vertices", "nothing"),  # and faceOrders
+    ({"faces_vertices": ..., "faceOrders": ..., "edges_vertices": ...}, "faces_vertices", "nothing"),
     ({"faces_vertices": []}, "faces_vertices", "[]"),
     ({"faces_vertices__0": [0, 1]}, "faces_vertices[0]", "[0, 1]"),
     ({"faces_vertices__0": [0, 1, 9]}, "faces_vertices[0][2]", "9"),
