@@ -108,7 +108,10 @@ class FoldedFaces:
 
     def __init__(self, mesh: Mesh, stowed: np.ndarray):
         self.mesh, self.stowed = mesh, stowed
-        self.close = ROUND_OFF * mesh.size
+        a, b = mesh.edges.T  # positions may be rounded
+        change = np.linalg.norm(stowed[b] - stowed[a], axis=1) - np.linalg.norm(mesh.vertices[b] - mesh.vertices[a], axis=1)
+        self.rounding = np.abs(change).max()
+        self.close = max(ROUND_OFF * mesh.size, self.rounding)
         count = int(mesh.faces.max()) + 1
         self.elements = [np.flatnonzero(mesh.faces == f) for f in range(count)]
         self.vertices = [np.unique(mesh.triangles[elements]) for elements in self.elements]
@@ -159,11 +162,13 @@ class FoldedFaces:
             candidates = ends[own].reshape(-1, 2)
             points.append(candidates[_inside(candidates, triangles[other], self.close)])
         points = np.concatenate(points)
-        rounded = np.unique(np.round(points / (10.0 * self.close)), axis=0)
+        cell = 10.0 * ROUND_OFF * self.mesh.size
+        narrow = max(100.0, 10.0 * self.rounding / cell)
+        rounded = np.unique(np.round(points / cell), axis=0)
         width = np.ptp(rounded, axis=0) if len(rounded) > 2 else np.zeros(2)
-        if width.min() < 100.0 or np.linalg.matrix_rank(rounded - rounded[0], tol=100.0) < 2:
+        if width.min() < narrow or np.linalg.matrix_rank(rounded - rounded[0], tol=narrow) < 2:
             return None
-        hull = rounded[ConvexHull(rounded).vertices] * (10.0 * self.close)
+        hull = rounded[ConvexHull(rounded).vertices] * cell
         return self.middles[g] + hull @ axes.T
 
     def apart(self, f: int, g: int, points: np.ndarray) -> np.ndarray:
