@@ -21,6 +21,7 @@ from .fold_file import (
     load_frames,
     unit_of,
 )
+from .letter_order import concluded_orders, find_circle, letter_orders
 from .mesh import CREASE, SMOOTH, Mesh, build_mesh
 from .pattern import Pattern
 from .planar import coincident_vertices, find_collision
@@ -32,7 +33,7 @@ FLATNESS = 1e-9
 """Heights, gaps and overlaps of the flat pattern that count as none, relative to its size."""
 
 ISOMETRY = 1e-4
-"""Relative change of length that a stowed state may have: that of coordinates rounded to 0.01 mm in an edge of 0.1 m."""
+"""Relative change of length that a stowed state may have: an edge of 0.1 m with ends rounded to 0.01 mm."""
 
 KINK = 1e-3
 """Fold angle (rad) that a stowed state may have where the sheet is smooth: the strain is its square over 8."""
@@ -53,11 +54,27 @@ class _Creases:
     entry: Entry | None
 
 
+@dataclass(frozen=True)
+class _Orders:
+    """Layer orders of the file.
+
+    Attributes:
+        rows: (k, 3) as in Pattern.face_orders.
+        numbers: (k,) of the rows in the file.
+        entry: `faceOrders`, None where the file has none.
+    """
+
+    rows: np.ndarray
+    numbers: np.ndarray
+    entry: Entry | None
+
+
 def read_fold(path: Path) -> Pattern:
     """Pattern of a FOLD file.
 
     The crease pattern is the first frame of class creasePattern, else the first that is no foldedForm. The stowed state
     is the first foldedForm frame, else what `edges_foldAngle` of the crease pattern describe if they are not all zero.
+    Where creases are folded shut their letters are layer orders, too.
     Without `faces_vertices` the faces are those between the edges (`model/planar_graph.py`). Faces are triangulated
     without creases and turned counter-clockwise; `Mesh.sources` are the file's vertex numbers.
 
@@ -85,7 +102,9 @@ def read_fold(path: Path) -> Pattern:
             raise InputError(f"{folded_frame.name}vertices_coords", "nothing", "the folded positions of the vertices")
     if stowed is None and angles is not None:
         stowed = _fold_by_angles(folded_frame or flat_frame, mesh, creases, angles)
-    return Pattern(mesh, stowed, owners, _face_orders(flat_frame, folded_frame, vertices, faces))
+    orders = _face_orders(flat_frame, folded_frame, vertices, faces)
+    rows = orders.rows if stowed is None else _with_letters(orders, mesh, owners, stowed, creases)
+    return Pattern(mesh, stowed, owners, rows)
 
 
 def _choose_frames(path: Path, frames: list[Frame]) -> tuple[Frame, Frame | None]:
@@ -306,16 +325,44 @@ def _name_edge(mesh: Mesh, d: int, creases: _Creases) -> str:
     return f"{name} between vertices {ends[0]} and {ends[1]}"
 
 
-def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray, faces: list) -> np.ndarray:
-    """(k, 3) rows (f, g, s) with s about the normal of the counter-clockwise face g; unknown orders are left out."""
+def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray, faces: list) -> _Orders:
+    """Rows with s about the normal of the counter-clockwise face g; unknown orders are left out."""
     frame = folded_frame if folded_frame is not None and folded_frame.get("faceOrders") else flat_frame
     entry = frame.get("faceOrders")
     if entry is None:
-        return np.zeros((0, 3), dtype=int)
+        return _Orders(np.zeros((0, 3), dtype=int), np.zeros(0, dtype=int), None)
     own = frame.get("faces_vertices")  # its faces, which may be turned
     faces = faces if own is None else own.value
     orders = face_orders_of(entry, len(faces))
-    orders = orders[orders[:, 2] != 0]
+    numbers = np.flatnonzero(orders[:, 2] != 0)
+    orders = orders[numbers]
     clockwise = np.array([polygon_area(vertices[face].tolist()) < 0 for face in faces])
     orders[clockwise[orders[:, 1]], 2] *= -1
-    return orders
+    return _Orders(orders, numbers, entry)
+
+
+def _with_letters(orders: _Orders, mesh: Mesh, owners: np.ndarray, stowed: np.ndarray, creases: _Creases) -> np.ndarray:
+    """(k, 3) the rows of the file, what the letters of creases folded shut tell, and what follows from both.
+
+    Raises:
+        InputError: both contradict each other, or faces lie above each other in a circle.
+    """
+    told = letter_orders(mesh, owners, stowed)
+    known = set()
+    for number, (f, g, side) in zip(orders.numbers.tolist(), orders.rows.tolist(), strict=True):
+        pair = min(f, g), max(f, g)
+        known.add(pair)
+        letter_side, d = told.get(pair, (side, 0))
+        if side != letter_side:
+            wants = f"the order of its letter, {mesh.edge_assignments[d]}: {_name_edge(mesh, d, creases)} joins them"
+            raise orders.entry.refuse(number, orders.entry.value[number], wants)
+    more = [(f, g, side) for (f, g), (side, _) in told.items() if (f, g) not in known]
+    rows = np.concatenate([orders.rows, np.array(more, dtype=int).reshape(-1, 3)])
+    rows = np.array([*rows.tolist(), *concluded_orders(mesh, owners, rows, stowed)], dtype=int).reshape(-1, 3)
+    circle = find_circle(mesh, owners, rows, stowed)
+    if circle is not None:
+        above = " above ".join(str(f) for f in (*circle, circle[0]))
+        name = creases.entry.name.replace("edges_vertices", "edges_assignment") if orders.entry is None else ""
+        entry = orders.entry or Entry(None, name)
+        raise entry.fault(None, f"face {above}", "layers in one order wherever they lie on each other")
+    return rows
