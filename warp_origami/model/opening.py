@@ -78,7 +78,7 @@ def opened(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowe
         raise InputError(
             "pattern.initial",
             f"stowed layers that coincide in unknown order: {len(unknown)} pairs of faces, such as {f} and {g}",
-            "faceOrders that say which lies above (in the FOLD file), or layers slightly apart",
+            "letters M and V or faceOrders that say which lies above (in the FOLD file), or layers slightly apart",
         )
     if not overlaps:
         return stowed
