@@ -5,6 +5,7 @@ import json
 import ipctk
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import warp_origami as wo
 from runs import run, system_of
@@ -14,7 +15,7 @@ from warp_origami.model.generators import build_pattern
 from warp_origami.model.generators.miura import miura
 from warp_origami.model.letter_order import find_circle
 from warp_origami.model.locate import area_coordinates
-from warp_origami.model.opening import SLOPE, opened
+from warp_origami.model.opening import SLOPE, SLOPE_BENT, opened
 from warp_origami.model.pattern_report import describe_pattern
 
 WIDTH, HEIGHT, THICKNESS = 0.1, 0.08, 5e-4
@@ -180,6 +181,24 @@ def test_rounded_layers_open_in_their_order(tmp_path):
     system = system_of(scene(tmp_path, content))
     between = np.diff(heights(system.mesh, system.q0[system.coordinates.positions], 4), axis=0)
     assert between.min() > 0.02 * SLOPE * WIDTH
+
+
+@pytest.mark.parametrize("digits", [6, 7])
+def test_rounded_layers_open_in_any_plane(tmp_path, digits):
+    """A waterbomb of 20 mm, turned about and written with some digits."""
+    content = waterbomb("VVVVMM")
+    folded = content["file_frames"][0]
+    turn = Rotation.from_euler("xyz", [0.3, 0.7, 0.2])
+    folded["vertices_coords"] = np.round(
+        turn.apply(np.pad(folded["vertices_coords"], ((0, 0), (0, 1)))), digits
+    ).tolist()
+    pattern = read(tmp_path, content)
+    points = opened(pattern.mesh, pattern.pattern_faces, pattern.face_orders, pattern.stowed)
+    heights = turn.inv().apply(points)[:, 2]
+    assert np.ptp(heights) > 0.01 * SLOPE_BENT * 0.02
+    magnified = turn.inv().apply(points) * [1.0, 1.0, 1e3]
+    collisions = ipctk.CollisionMesh(magnified, pattern.mesh.edges, pattern.mesh.triangles)
+    assert not ipctk.has_intersections(collisions, magnified)
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def opened(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowe
     if x is None:
         return stowed
     rigid = folded.rigid(SLOPE * x)
-    return stowed + SLOPE_BENT * folded.displacements(x) if rigid is None else rigid
+    return folded.stowed + SLOPE_BENT * folded.displacements(x) if rigid is None else rigid
 
 
 def unordered_layers(
@@ -105,9 +105,27 @@ def _folded_shut(mesh: Mesh, stowed: np.ndarray) -> bool:
     return bool(np.abs(fold_angles(mesh, stowed)).max() > np.pi - SHUT)
 
 
+def _rounding(mesh: Mesh, stowed: np.ndarray) -> float:
+    """By how much edges are longer or shorter than in the flat sheet, at most, m: that of the positions' digits."""
+    (a, b), flat = mesh.edges.T, mesh.vertices
+    change = np.linalg.norm(stowed[b] - stowed[a], axis=1) - np.linalg.norm(flat[b] - flat[a], axis=1)
+    return float(np.abs(change).max())
+
+
+def _flattened(mesh: Mesh, stowed: np.ndarray) -> np.ndarray:
+    """Positions of a sheet in one plane without rounding across it, which would keep it from opening; others as is."""
+    rounding = _rounding(mesh, stowed)
+    if rounding <= ROUND_OFF * mesh.size:
+        return stowed
+    middle = stowed.mean(axis=0)
+    normal = np.linalg.svd(stowed - middle, full_matrices=False)[2][2]
+    heights = (stowed - middle) @ normal
+    return stowed - np.outer(heights, normal) if np.abs(heights).max() < 20.0 * rounding else stowed
+
+
 def _overlaps(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowed: np.ndarray):
     """The folded faces, the overlaps of known order, and the pairs of pattern faces of unknown order."""
-    folded = FoldedFaces(mesh, stowed)
+    folded = FoldedFaces(mesh, _flattened(mesh, stowed))
     owner = np.zeros(len(folded.middles), dtype=int)
     owner[mesh.faces] = pattern_faces
     orders = _orders(mesh, pattern_faces, face_orders)
@@ -150,11 +168,7 @@ class FoldedFaces:
 
     def __init__(self, mesh: Mesh, stowed: np.ndarray):
         self.mesh, self.stowed = mesh, stowed
-        a, b = mesh.edges.T  # positions may be rounded
-        change = np.linalg.norm(stowed[b] - stowed[a], axis=1) - np.linalg.norm(
-            mesh.vertices[b] - mesh.vertices[a], axis=1
-        )
-        self.rounding = np.abs(change).max()
+        self.rounding = _rounding(mesh, stowed)
         self.close = max(ROUND_OFF * mesh.size, self.rounding)
         count = int(mesh.faces.max()) + 1
         self.elements = [np.flatnonzero(mesh.faces == f) for f in range(count)]
