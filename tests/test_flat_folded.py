@@ -5,13 +5,18 @@ import json
 import ipctk
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import warp_origami as wo
 from runs import run, system_of
 from warp_origami.errors import InputError
+from warp_origami.model.fold import read_fold
+from warp_origami.model.generators import build_pattern
 from warp_origami.model.generators.miura import miura
+from warp_origami.model.letter_order import find_circle
 from warp_origami.model.locate import area_coordinates
-from warp_origami.model.opening import SLOPE, opened
+from warp_origami.model.opening import SLOPE, SLOPE_BENT, opened
+from warp_origami.model.pattern_report import describe_pattern
 
 WIDTH, HEIGHT, THICKNESS = 0.1, 0.08, 5e-4
 
@@ -21,7 +26,7 @@ def accordion(layers, above=1, orders=None):
     lines = np.arange(layers + 1)
     ends = lambda x: [[float(a), b, 0.0] for a in x for b in (0.0, HEIGHT)]  # noqa: E731
     edges = [[2 * i, 2 * i + 1] for i in lines]
-    kinds = ["B" if i in (0, layers) else "MV"[i % 2] for i in lines]
+    kinds = ["B" if i in (0, layers) else ("MV" if above > 0 else "VM")[i % 2] for i in lines]
     for i in lines[:-1]:
         edges += [[2 * i, 2 * i + 2], [2 * i + 1, 2 * i + 3]]
         kinds += ["B", "B"]
@@ -106,9 +111,115 @@ def test_orders_may_be_told_from_either_face(tmp_path):
         assert between.min() > 0.0
 
 
-def test_layers_whose_order_is_not_told_are_an_error(tmp_path):
-    with pytest.raises(InputError, match=r"pattern\.initial.*coincide.*faceOrders"):
-        system_of(scene(tmp_path, accordion(3, orders=[[1, 0, 1], [2, 1, -1]])))
+def without_orders(content, **frame):
+    """The same, with letters alone to tell the order of layers."""
+    content["file_frames"][0] |= {"faceOrders": []} | frame
+    return content
+
+
+def read(path, content):
+    (path / "flat.fold").write_text(json.dumps(content))
+    return read_fold(path / "flat.fold")
+
+
+def rolled():
+    """Three panels rolled up by two valleys: letters do not tell how the first one and the last one lie."""
+    content = without_orders(accordion(3))
+    content["edges_assignment"][:4] = "BVVB"
+    return content
+
+
+def waterbomb(letters):
+    """Its six panels meet in the middle of the sheet; folded, all lie on the lowest one."""
+    points = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1], [1, 1]]
+    folded = [[0, 0], [1, 0], [2, 0], [1, 0], [2, 0], [1, 0], [0, 0], [1, 0], [1, 1]]
+    return {
+        "frame_unit": "cm",
+        "vertices_coords": points,
+        "edges_vertices": [[i, (i + 1) % 8] for i in range(8)] + [[8, i] for i in (0, 2, 4, 6, 3, 7)],
+        "edges_assignment": list("BBBBBBBB" + letters),
+        "file_frames": [{"frame_classes": ["foldedForm"], "vertices_coords": folded}],
+    }
+
+
+def unlettered():
+    """The first panel under the second and under the third says nothing about these two."""
+    content = accordion(3, orders=[[1, 0, 1], [2, 0, 1]])
+    content["edges_assignment"][:4] = "BUUB"
+    return content
+
+
+@pytest.mark.parametrize("content", [waterbomb("UUUUUU"), rolled(), unlettered()])
+def test_layers_that_share_vertices_in_unknown_order_are_told_of(tmp_path, content):
+    pattern = read(tmp_path, content)
+    line = dict(describe_pattern(pattern))["stowed state"]
+    assert "unknown order" in line and "faceOrders" in line
+    with pytest.raises(InputError, match=r"pattern\.initial.*coincide in unknown order.*faceOrders"):
+        system_of(scene(tmp_path, content, refine=1))
+    system_of(scene(tmp_path, content, refine=1).model_copy(update={"contact": None}))
+
+
+def test_letters_tell_the_order_of_layers(tmp_path):
+    """Of a waterbomb and of accordions all pairs, as faceOrders would."""
+    pattern = read(tmp_path, waterbomb("VVVVMM"))
+    assert len(pattern.face_orders) == 11  # all 15 but the two on the left with the two on the right
+    assert "unknown" not in dict(describe_pattern(pattern))["stowed state"]
+    for above in (1, -1):
+        told = read(tmp_path, accordion(5, above))
+        concluded = read(tmp_path, without_orders(accordion(5, above)))
+        assert len(concluded.face_orders) == 10
+        assert {tuple(row) for row in concluded.face_orders} <= {tuple(row) for row in told.face_orders}
+    system = system_of(scene(tmp_path, without_orders(accordion(4))))
+    between = np.diff(heights(system.mesh, system.q0[system.coordinates.positions], 4), axis=0)
+    assert between.min() > 0.02 * SLOPE * WIDTH
+
+
+def test_rounded_layers_open_in_their_order(tmp_path):
+    content = accordion(4)
+    for frame in (content, content["file_frames"][0]):
+        frame["vertices_coords"] = [[x + 1e-6 * (i % 3), *yz] for i, (x, *yz) in enumerate(frame["vertices_coords"])]
+    system = system_of(scene(tmp_path, content))
+    between = np.diff(heights(system.mesh, system.q0[system.coordinates.positions], 4), axis=0)
+    assert between.min() > 0.02 * SLOPE * WIDTH
+
+
+@pytest.mark.parametrize("digits", [6, 7])
+def test_rounded_layers_open_in_any_plane(tmp_path, digits):
+    """A waterbomb of 20 mm, turned about and written with some digits."""
+    content = waterbomb("VVVVMM")
+    folded = content["file_frames"][0]
+    turn = Rotation.from_euler("xyz", [0.3, 0.7, 0.2])
+    folded["vertices_coords"] = np.round(
+        turn.apply(np.pad(folded["vertices_coords"], ((0, 0), (0, 1)))), digits
+    ).tolist()
+    pattern = read(tmp_path, content)
+    points = opened(pattern.mesh, pattern.pattern_faces, pattern.face_orders, pattern.stowed)
+    heights = turn.inv().apply(points)[:, 2]
+    assert np.ptp(heights) > 0.01 * SLOPE_BENT * 0.02
+    magnified = turn.inv().apply(points) * [1.0, 1.0, 1e3]
+    collisions = ipctk.CollisionMesh(magnified, pattern.mesh.edges, pattern.mesh.triangles)
+    assert not ipctk.has_intersections(collisions, magnified)
+
+
+@pytest.mark.parametrize(
+    ("orders", "key", "got", "wants"),
+    [
+        ([[1, 0, -1]], "faceOrders[0]", "[1, 0, -1]", "V: edge 1"),
+        ([[1, 2, 0], [2, 1, 1]], "faceOrders[1]", "[2, 1, 1]", "M: edge 2"),
+        ([[2, 0, -1]], "faceOrders", "face 0 above", "one order"),
+    ],
+)
+def test_orders_that_contradict_letters_or_each_other_are_refused(tmp_path, orders, key, got, wants):
+    with pytest.raises(InputError) as error:
+        read(tmp_path, accordion(3, orders=orders))
+    assert error.value.key.endswith(f"file_frames[0].{key}")
+    assert got in error.value.got and wants in error.value.wants
+
+
+def test_flaps_of_a_box_lie_above_each_other_in_a_circle():
+    """The classic twist: its four pleats have no common point."""
+    pattern = build_pattern("square_twist", {"assignment": "classic"})
+    assert find_circle(pattern.mesh, pattern.pattern_faces, pattern.face_orders, pattern.stowed) is None
 
 
 def test_states_without_coincident_layers_are_left_alone(tmp_path):

@@ -10,6 +10,7 @@ from warp_origami.errors import InputError
 from warp_origami.model.fold import read_fold
 from warp_origami.model.fold_angles import fold_angles
 from warp_origami.model.mesh import BOUNDARY, CREASE
+from warp_origami.model.pattern_report import describe_pattern
 
 FOLDED = [[0, 0, 0], [1, 0, 0], [1.6, 0, 0.8], [1.6, 1, 0.8], [1, 1, 0], [0, 1, 0]]
 BOOK = {
@@ -103,6 +104,14 @@ def test_fold_angles_give_the_stowed_state(read):
     assert read(changed(file_frames=...)).stowed is None
 
 
+def test_rounded_coordinates_are_a_stowed_state(read):
+    """What lengths change by is the strain the run starts with: `check` says how much."""
+    rounded = [[*point[:2], point[2] + 1e-5] if point[2] else point for point in FOLDED]
+    pattern = read(changed(file_frames__0__vertices_coords=rounded))
+    assert np.array_equal(pattern.stowed, 0.01 * np.array(rounded))
+    assert "strain 8e-06" in dict(describe_pattern(pattern))["stowed state"]
+
+
 def degree_four(angle):
     """Square with four perpendicular creases from the middle: rigid only if folded along one line at a time."""
     corners = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1], [1, 1]]
@@ -175,7 +184,8 @@ REFUSED = [
     ({"vertices_coords": []}, "vertices_coords", "[]"),
     ({"vertices_coords": "x"}, "vertices_coords", '"x"'),
     ({"vertices_coords__2": [0.5, 0.5]}, "faces_vertices[1]", "[1, 4, 3, 2]"),
-    ({"faces_vertices": ...}, "faces_vertices", "nothing"),
+    ({"faces_vertices": ...}, "faces_vertices", "nothing"),  # and faceOrders
+    ({"faces_vertices": ..., "faceOrders": ..., "edges_vertices": ...}, "faces_vertices", "nothing"),
     ({"faces_vertices": []}, "faces_vertices", "[]"),
     ({"faces_vertices__0": [0, 1]}, "faces_vertices[0]", "[0, 1]"),
     ({"faces_vertices__0": [0, 1, 9]}, "faces_vertices[0][2]", "9"),
@@ -207,7 +217,7 @@ REFUSED = [
     ({"file_frames__0__frame_parent": 1}, "file_frames[0].frame_parent", "1"),
     ({"file_frames__0__frame_classes": "foldedForm"}, "file_frames[0].frame_classes", '"foldedForm"'),
     ({"file_frames__0__vertices_coords": [[0, 0]]}, "file_frames[0].vertices_coords", "1 points"),
-    ({"file_frames__0__vertices_coords__2": [1.6, 0, 0.80001]}, "file_frames[0].vertices_coords", "edge 1"),
+    ({"file_frames__0__vertices_coords__2": [1.6, 0, 0.8002]}, "file_frames[0].vertices_coords", "edge 1"),
 ]
 
 

@@ -62,4 +62,4 @@ def test_report_says_what_a_pattern_is():
     sail = build_pattern("cross_fold", {"strips": 2, "columns": 1, "hub": 0.0, "opening": 0.0})
     lines = dict(describe_pattern(sail))
     assert "not rigid: strain" in lines["folding path"] and "pairs of layers" in lines["stowed state"]
-    assert describe_pattern(build_pattern("disc", {"radius": 1.0, "rings": 2})) == []
+    assert describe_pattern(build_pattern("disc", {"radius": 1.0, "rings": 2})) == [("sheet", "2 x 2 m")]

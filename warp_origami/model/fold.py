@@ -21,17 +21,19 @@ from .fold_file import (
     load_frames,
     unit_of,
 )
+from .letter_order import concluded_orders, find_circle, letter_orders
 from .mesh import CREASE, SMOOTH, Mesh, build_mesh
 from .pattern import Pattern
 from .planar import coincident_vertices, find_collision
+from .planar_graph import faces_of_edges
 from .rigid_fold import fold_rigidly
 from .triangulate import polygon_area, triangulate
 
 FLATNESS = 1e-9
 """Heights, gaps and overlaps of the flat pattern that count as none, relative to its size."""
 
-ISOMETRY = 1e-6
-"""Relative change of length that a stowed state may have."""
+ISOMETRY = 1e-4
+"""Relative change of length that a stowed state may have: an edge of 0.1 m with ends rounded to 0.01 mm."""
 
 KINK = 1e-3
 """Fold angle (rad) that a stowed state may have where the sheet is smooth: the strain is its square over 8."""
@@ -52,12 +54,29 @@ class _Creases:
     entry: Entry | None
 
 
+@dataclass(frozen=True)
+class _Orders:
+    """Layer orders of the file.
+
+    Attributes:
+        rows: (k, 3) as in Pattern.face_orders.
+        numbers: (k,) of the rows in the file.
+        entry: `faceOrders`, None where the file has none.
+    """
+
+    rows: np.ndarray
+    numbers: np.ndarray
+    entry: Entry | None
+
+
 def read_fold(path: Path) -> Pattern:
     """Pattern of a FOLD file.
 
     The crease pattern is the first frame of class creasePattern, else the first that is no foldedForm. The stowed state
     is the first foldedForm frame, else what `edges_foldAngle` of the crease pattern describe if they are not all zero.
-    Faces are triangulated without creases and turned counter-clockwise; `Mesh.sources` are the file's vertex numbers.
+    Where creases are folded shut their letters are layer orders, too.
+    Without `faces_vertices` the faces are those between the edges (`model/planar_graph.py`). Faces are triangulated
+    without creases and turned counter-clockwise; `Mesh.sources` are the file's vertex numbers.
 
     Raises:
         InputError: naming file, key and index of what is wrong.
@@ -66,7 +85,7 @@ def read_fold(path: Path) -> Pattern:
     frames = load_frames(path)
     flat_frame, folded_frame = _choose_frames(path, frames)
     vertices = _flat_vertices(flat_frame, frames[0])
-    entry = flat_frame.need("faces_vertices", "the vertices of each face")
+    entry = _faces_entry(flat_frame, folded_frame, vertices)
     faces = faces_of(entry, len(vertices))
     creases = _read_creases(flat_frame, entry, faces, len(vertices))
     triangles, owners = _triangulate_faces(vertices, faces, entry)
@@ -76,14 +95,16 @@ def read_fold(path: Path) -> Pattern:
     angles = _fold_angles(flat_frame, creases)
     stowed = None
     if folded_frame is not None and "vertices_coords" in folded_frame.own:
-        stowed = _folded_form(flat_frame, folded_frame, mesh, creases)
+        stowed = _folded_form(flat_frame, folded_frame, mesh, creases, faces)
     elif folded_frame is not None:
         angles = _fold_angles(folded_frame, creases)
         if angles is None:
             raise InputError(f"{folded_frame.name}vertices_coords", "nothing", "the folded positions of the vertices")
     if stowed is None and angles is not None:
         stowed = _fold_by_angles(folded_frame or flat_frame, mesh, creases, angles)
-    return Pattern(mesh, stowed, owners, _face_orders(flat_frame, folded_frame, vertices))
+    orders = _face_orders(flat_frame, folded_frame, vertices, faces)
+    rows = orders.rows if stowed is None else _with_letters(orders, mesh, owners, stowed, creases)
+    return Pattern(mesh, stowed, owners, rows)
 
 
 def _choose_frames(path: Path, frames: list[Frame]) -> tuple[Frame, Frame | None]:
@@ -107,6 +128,26 @@ def _flat_vertices(frame: Frame, key_frame: Frame) -> np.ndarray:
         i = int(np.argmax(raised))
         raise entry.refuse((i, 2), entry.value[i][2], "0: the crease pattern is flat (a folded state is a foldedForm)")
     return points[:, :2]
+
+
+def _faces_entry(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray) -> Entry:
+    """`faces_vertices` of the crease pattern, else of the folded form, else the faces between the edges."""
+    for frame in (flat_frame, folded_frame):
+        entry = None if frame is None else frame.get("faces_vertices")
+        if entry is not None:
+            return entry
+    name = f"{flat_frame.name}faces_vertices"
+    for frame in (flat_frame, folded_frame):
+        orders = None if frame is None else frame.get("faceOrders")
+        if orders is not None and orders.value != []:
+            raise InputError(name, "nothing", "the vertices of each face, which faceOrders numbers")
+    lines = flat_frame.get("edges_vertices")
+    if lines is None:
+        raise InputError(name, "nothing", "the vertices of each face (or edges_vertices, between which they lie)")
+    edges = edges_of(lines, len(vertices))
+    assignment = flat_frame.get("edges_assignment")
+    letters = None if assignment is None else assignments_of(assignment, len(edges))
+    return Entry(faces_of_edges(vertices, edges, letters, lines), f"{name} (found between the edges)")
 
 
 def _read_creases(frame: Frame, faces_entry: Entry, faces: list[list[int]], vertex_count: int) -> _Creases:
@@ -237,7 +278,7 @@ def _fold_by_angles(frame: Frame, mesh: Mesh, creases: _Creases, angles: np.ndar
     return points
 
 
-def _folded_form(flat_frame: Frame, frame: Frame, mesh: Mesh, creases: _Creases) -> np.ndarray:
+def _folded_form(flat_frame: Frame, frame: Frame, mesh: Mesh, creases: _Creases, faces: list) -> np.ndarray:
     """(nv, 3) stowed positions from a foldedForm frame, m."""
     entry = frame.get("vertices_coords")
     count = len(flat_frame.get("vertices_coords").value)
@@ -246,8 +287,7 @@ def _folded_form(flat_frame: Frame, frame: Frame, mesh: Mesh, creases: _Creases)
         raise entry.fault(None, f"{len(points)} points", f"{count}, one for each vertex of the crease pattern")
     own = frame.get("faces_vertices") if "faces_vertices" in frame.own else None
     if own is not None:
-        pattern = flat_frame.get("faces_vertices").value
-        same = [sorted(face) for face in faces_of(own, count)] == [sorted(face) for face in pattern]
+        same = [sorted(face) for face in faces_of(own, count)] == [sorted(face) for face in faces]
         if not same:
             raise own.fault(None, "other faces", "the faces of the crease pattern, or none")
     stowed = points[mesh.sources]
@@ -285,15 +325,44 @@ def _name_edge(mesh: Mesh, d: int, creases: _Creases) -> str:
     return f"{name} between vertices {ends[0]} and {ends[1]}"
 
 
-def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray) -> np.ndarray:
-    """(k, 3) rows (f, g, s) with s about the normal of the counter-clockwise face g; unknown orders are left out."""
+def _face_orders(flat_frame: Frame, folded_frame: Frame | None, vertices: np.ndarray, faces: list) -> _Orders:
+    """Rows with s about the normal of the counter-clockwise face g; unknown orders are left out."""
     frame = folded_frame if folded_frame is not None and folded_frame.get("faceOrders") else flat_frame
     entry = frame.get("faceOrders")
     if entry is None:
-        return np.zeros((0, 3), dtype=int)
-    faces = (frame.get("faces_vertices") or flat_frame.get("faces_vertices")).value
+        return _Orders(np.zeros((0, 3), dtype=int), np.zeros(0, dtype=int), None)
+    own = frame.get("faces_vertices")  # its faces, which may be turned
+    faces = faces if own is None else own.value
     orders = face_orders_of(entry, len(faces))
-    orders = orders[orders[:, 2] != 0]
+    numbers = np.flatnonzero(orders[:, 2] != 0)
+    orders = orders[numbers]
     clockwise = np.array([polygon_area(vertices[face].tolist()) < 0 for face in faces])
     orders[clockwise[orders[:, 1]], 2] *= -1
-    return orders
+    return _Orders(orders, numbers, entry)
+
+
+def _with_letters(orders: _Orders, mesh: Mesh, owners: np.ndarray, stowed: np.ndarray, creases: _Creases) -> np.ndarray:
+    """(k, 3) the rows of the file, what the letters of creases folded shut tell, and what follows from both.
+
+    Raises:
+        InputError: both contradict each other, or faces lie above each other in a circle.
+    """
+    told = letter_orders(mesh, owners, stowed)
+    known = set()
+    for number, (f, g, side) in zip(orders.numbers.tolist(), orders.rows.tolist(), strict=True):
+        pair = min(f, g), max(f, g)
+        known.add(pair)
+        letter_side, d = told.get(pair, (side, 0))
+        if side != letter_side:
+            wants = f"the order of its letter, {mesh.edge_assignments[d]}: {_name_edge(mesh, d, creases)} joins them"
+            raise orders.entry.refuse(number, orders.entry.value[number], wants)
+    more = [(f, g, side) for (f, g), (side, _) in told.items() if (f, g) not in known]
+    rows = np.concatenate([orders.rows, np.array(more, dtype=int).reshape(-1, 3)])
+    rows = np.array([*rows.tolist(), *concluded_orders(mesh, owners, rows, stowed)], dtype=int).reshape(-1, 3)
+    circle = find_circle(mesh, owners, rows, stowed)
+    if circle is not None:
+        above = " above ".join(str(f) for f in (*circle, circle[0]))
+        name = creases.entry.name.replace("edges_vertices", "edges_assignment") if orders.entry is None else ""
+        entry = orders.entry or Entry(None, name)
+        raise entry.fault(None, f"face {above}", "layers in one order wherever they lie on each other")
+    return rows

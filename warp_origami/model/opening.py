@@ -18,7 +18,9 @@ from scipy.sparse import csr_matrix, hstack
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from ..errors import InputError
 from .connectivity import sheet_labels
+from .fold_angles import fold_angles
 from .mesh import SMOOTH, Mesh
 
 SLOPE = 1e-3
@@ -26,6 +28,9 @@ SLOPE = 1e-3
 
 SLOPE_BENT = 5e-5
 """Largest rotation where faces are stretched by it, rad."""
+
+SHUT = 1e-3
+"""Angle (rad) from pi of creases taken for folded flat."""
 
 ITERATIONS = 20
 """Of Newton's method for the rigid folding."""
@@ -55,19 +60,76 @@ class Overlap:
 def opened(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowed: np.ndarray) -> np.ndarray:
     """(nv, 3) stowed positions, m, with coincident layers opened.
 
-    `stowed` itself where no layers coincide, the order of some that do is not given, or they cannot open without
-    bending.
+    `stowed` itself where no layers coincide, or they cannot open without bending.
 
     Args:
         mesh: flat sheet.
         pattern_faces, face_orders: see Pattern.
         stowed: (nv, 3) positions of the vertices, m.
+
+    Raises:
+        InputError: layers lie on each other in unknown order.
     """
-    if not len(face_orders):
+    if not len(face_orders) and not _folded_shut(mesh, stowed):
         return stowed
-    folded = FoldedFaces(mesh, stowed)
+    folded, overlaps, unknown = _overlaps(mesh, pattern_faces, face_orders, stowed)
+    if unknown:
+        f, g = unknown[0]
+        raise InputError(
+            "pattern.initial",
+            f"stowed layers that coincide in unknown order: {len(unknown)} pairs of faces, such as {f} and {g}",
+            "letters M and V or faceOrders that say which lies above (in the FOLD file), or layers slightly apart",
+        )
+    if not overlaps:
+        return stowed
+    x = folded.opening(overlaps)
+    if x is None:
+        return stowed
+    rigid = folded.rigid(SLOPE * x)
+    return folded.stowed + SLOPE_BENT * folded.displacements(x) if rigid is None else rigid
+
+
+def unordered_layers(
+    mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowed: np.ndarray
+) -> list[tuple[int, int]]:
+    """Faces of the pattern that lie on each other in unknown order; only looked for where a crease is folded shut.
+
+    Args:
+        mesh, pattern_faces, face_orders, stowed: see `opened`.
+    """
+    return _overlaps(mesh, pattern_faces, face_orders, stowed)[2] if _folded_shut(mesh, stowed) else []
+
+
+def _folded_shut(mesh: Mesh, stowed: np.ndarray) -> bool:
+    """Whether some crease is: without any, no face lies on its neighbours."""
+    return bool(np.abs(fold_angles(mesh, stowed)).max() > np.pi - SHUT)
+
+
+def _rounding(mesh: Mesh, stowed: np.ndarray) -> float:
+    """By how much edges are longer or shorter than in the flat sheet, at most, m: that of the positions' digits."""
+    (a, b), flat = mesh.edges.T, mesh.vertices
+    change = np.linalg.norm(stowed[b] - stowed[a], axis=1) - np.linalg.norm(flat[b] - flat[a], axis=1)
+    return float(np.abs(change).max())
+
+
+def _flattened(mesh: Mesh, stowed: np.ndarray) -> np.ndarray:
+    """Positions of a sheet in one plane without rounding across it, which would keep it from opening; others as is."""
+    rounding = _rounding(mesh, stowed)
+    if rounding <= ROUND_OFF * mesh.size:
+        return stowed
+    middle = stowed.mean(axis=0)
+    normal = np.linalg.svd(stowed - middle, full_matrices=False)[2][2]
+    heights = (stowed - middle) @ normal
+    return stowed - np.outer(heights, normal) if np.abs(heights).max() < 20.0 * rounding else stowed
+
+
+def _overlaps(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowed: np.ndarray):
+    """The folded faces, the overlaps of known order, and the pairs of pattern faces of unknown order."""
+    folded = FoldedFaces(mesh, _flattened(mesh, stowed))
+    owner = np.zeros(len(folded.middles), dtype=int)
+    owner[mesh.faces] = pattern_faces
     orders = _orders(mesh, pattern_faces, face_orders)
-    overlaps = []
+    overlaps, unknown = [], []
     for f, g in folded.coincident_pairs():
         corners = folded.overlap(f, g)
         if corners is None:
@@ -75,20 +137,18 @@ def opened(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray, stowe
         alike = np.sign(folded.normals[f] @ folded.normals[g])
         side = np.sign(orders.get((f, g), 0) - alike * orders.get((g, f), 0))
         if side == 0:
-            return stowed
+            if folded.really_overlap(f, g):
+                unknown.append((int(owner[f]), int(owner[g])))
+            continue
         upper, lower = (f, g) if side > 0 else (g, f)
         overlaps.append(Overlap(upper, lower, folded.normals[g], corners, folded.apart(f, g, corners)))
-    if not overlaps:
-        return stowed
-    x = folded.opening(overlaps)
-    if x is None:
-        return stowed
-    rigid = folded.rigid(SLOPE * x)
-    return stowed + SLOPE_BENT * folded.displacements(x) if rigid is None else rigid
+    return folded, overlaps, unknown
 
 
 def _orders(mesh: Mesh, pattern_faces: np.ndarray, face_orders: np.ndarray) -> dict[tuple[int, int], int]:
     """(F, G) -> on which side of G's normal F lies, for mesh faces."""
+    if not len(face_orders):
+        return {}
     face_of = np.full(max(int(pattern_faces.max()), int(face_orders[:, :2].max())) + 1, -1)
     face_of[pattern_faces] = mesh.faces
     sides: dict[tuple[int, int], int] = {}
@@ -108,7 +168,8 @@ class FoldedFaces:
 
     def __init__(self, mesh: Mesh, stowed: np.ndarray):
         self.mesh, self.stowed = mesh, stowed
-        self.close = ROUND_OFF * mesh.size
+        self.rounding = _rounding(mesh, stowed)
+        self.close = max(ROUND_OFF * mesh.size, self.rounding)
         count = int(mesh.faces.max()) + 1
         self.elements = [np.flatnonzero(mesh.faces == f) for f in range(count)]
         self.vertices = [np.unique(mesh.triangles[elements]) for elements in self.elements]
@@ -143,10 +204,14 @@ class FoldedFaces:
     def coincident_pairs(self) -> list[tuple[int, int]]:
         """Faces in one plane whose boxes meet."""
         corners = np.array([[self.stowed[v].min(axis=0), self.stowed[v].max(axis=0)] for v in self.vertices])
-        meet = (corners[:, None, 0] <= corners[None, :, 1] + self.close).all(axis=2)
-        parallel = np.abs(self.normals @ self.normals.T) > 1.0 - 1e-9
-        pairs = np.argwhere(np.triu(meet & meet.T & parallel & self.plane & self.plane[:, None], 1)).tolist()
-        return [(f, g) for f, g in pairs if self._height(f, g) <= self.close]
+        pairs = []
+        for f in np.flatnonzero(self.plane).tolist():
+            later = slice(f + 1, None)
+            meet = (corners[f, 0] <= corners[later, 1] + self.close) & (corners[later, 0] <= corners[f, 1] + self.close)
+            parallel = np.abs(self.normals[later] @ self.normals[f]) > 1.0 - 1e-9
+            found = f + 1 + np.flatnonzero(meet.all(axis=1) & parallel & self.plane[later])
+            pairs += [(f, g) for g in found.tolist() if self._height(f, g) <= self.close]
+        return pairs
 
     def overlap(self, f: int, g: int) -> np.ndarray | None:
         """(k, 3) corners of a convex region around where face f lies on g; None where it has no area."""
@@ -159,12 +224,30 @@ class FoldedFaces:
             candidates = ends[own].reshape(-1, 2)
             points.append(candidates[_inside(candidates, triangles[other], self.close)])
         points = np.concatenate(points)
-        rounded = np.unique(np.round(points / (10.0 * self.close)), axis=0)
+        cell = 10.0 * ROUND_OFF * self.mesh.size
+        narrow = max(100.0, 10.0 * self.rounding / cell)
+        rounded = np.unique(np.round(points / cell), axis=0)
         width = np.ptp(rounded, axis=0) if len(rounded) > 2 else np.zeros(2)
-        if width.min() < 100.0 or np.linalg.matrix_rank(rounded - rounded[0], tol=100.0) < 2:
+        if width.min() < narrow or np.linalg.matrix_rank(rounded - rounded[0], tol=narrow) < 2:
             return None
-        hull = rounded[ConvexHull(rounded).vertices] * (10.0 * self.close)
+        hull = rounded[ConvexHull(rounded).vertices] * cell
         return self.middles[g] + hull @ axes.T
+
+    def really_overlap(self, f: int, g: int) -> bool:
+        """Whether some element of f lies on one of g: no side of either has them on its two sides."""
+        x = self.gradients[g, :, 0]
+        axes = np.stack([x, np.cross(self.normals[g], x)], axis=1) / np.linalg.norm(x)
+        first, second = (self.stowed[self.mesh.triangles[self.elements[k]]] @ axes for k in (f, g))
+        a, b = np.repeat(first, len(second), axis=0), np.tile(second, (len(first), 1, 1))
+        apart = np.zeros(len(a), dtype=bool)
+        for triangles in (a, b):
+            for k in range(3):
+                along = triangles[:, (k + 1) % 3] - triangles[:, k]
+                across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+                one, two = (np.einsum("nkj,nj->nk", t, across) for t in (a, b))
+                common = np.minimum(one.max(axis=1), two.max(axis=1)) - np.maximum(one.min(axis=1), two.min(axis=1))
+                apart |= common < max(1000.0 * ROUND_OFF * self.mesh.size, 10.0 * self.rounding)
+        return not apart.all()
 
     def apart(self, f: int, g: int, points: np.ndarray) -> np.ndarray:
         """Distance in the flat sheet of the points of faces f and g at `points`; the size of both where that has no
@@ -188,7 +271,7 @@ class FoldedFaces:
         found = linprog(
             np.concatenate([cost, cost]),
             A_ub=hstack([-gaps, gaps]),
-            b_ub=-apart,
+            b_ub=10.0 * self.rounding - apart,  # corners of rounded faces lie as far beyond their crease
             A_eq=hstack([equal, -equal]),
             b_eq=np.zeros(equal.shape[0]),
         )

@@ -6,6 +6,7 @@ from .crossing import find_crossing
 from .flat_foldability import vertex_folds
 from .folding_path import FoldingPath, folding_path
 from .mesh import CREASE
+from .opening import unordered_layers
 from .pattern import Pattern
 
 LARGEST = 150
@@ -13,17 +14,17 @@ LARGEST = 150
 
 
 def describe_pattern(pattern: Pattern) -> list[tuple[str, str]]:
-    """Labels and lines for what a pattern has: none for one without creases."""
+    """Labels and lines for what a pattern has: of one without creases its size alone."""
     mesh = pattern.mesh
+    lines = [("sheet", " x ".join(f"{length:.4g}" for length in np.ptp(mesh.vertices, axis=0)) + " m")]
     if not np.any(mesh.edge_kinds == CREASE):
-        return []
-    lines = []
+        return lines
     folds = vertex_folds(mesh)
     if len(folds.vertices):
         count = int(folds.flat_foldable.sum())
         lines.append(("flat-foldable", f"{count} of {len(folds.vertices)} inner vertices (Kawasaki, Maekawa)"))
     if pattern.stowed is None:
-        return lines
+        return [*lines, ("stowed state", "none: a run starts flat")]
     lines.append(("stowed state", _describe_stowed(pattern)))
     if len(mesh.vertices) > LARGEST:
         lines.append(("folding path", f"not looked for in a pattern of more than {LARGEST} vertices"))
@@ -52,6 +53,11 @@ def _describe_stowed(pattern: Pattern) -> str:
     parts = [f"{size} m", f"strain {strain:.1g}", "no crossing" if crossing is None else "panels cross"]
     if len(pattern.face_orders):
         parts.append(f"order of {len(pattern.face_orders)} pairs of layers")
+    unknown = unordered_layers(mesh, pattern.pattern_faces, pattern.face_orders, stowed)
+    if unknown:
+        f, g = unknown[0]
+        pairs = f"{len(unknown)} pairs of faces, such as {f} and {g}"
+        parts.append(f"layers that lie on each other in unknown order ({pairs}): contact needs their faceOrders")
     return ", ".join(parts)
 
 
