@@ -117,6 +117,7 @@ def _parts(files: RunFiles, sheet: DrawnSheet | None, remarks: list[str]) -> dic
     described = {
         "name": files.name,
         "kind": files.kind,
+        "done": _status(files) == "done",
         "end": _number(files.analysis.get("duration"), 1.0),
         "tables": tables,
         "charts": as_dictionaries(charts(files)),
