@@ -6,6 +6,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from warp_origami.output.files import replacing
 
@@ -117,3 +118,6 @@ def _axis(axes, parameter: Parameter, values: Sequence[Any]) -> None:
     wide = parameter.values is not None and low > 0.0 and high > RATIO * low
     if parameter.scale == "log" or wide:
         axes.set_xscale("log")
+        return
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 4))  # a power of ten at the end in place of zeros
