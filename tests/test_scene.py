@@ -345,7 +345,7 @@ def test_a_key_without_its_table_is_told_where_it_stands():
     assert caught.value.key == "--set thickness" and "material.thickness=..." in caught.value.wants
     with pytest.raises(wo.InputError, match=r"driver\.0\.translate_to"):
         load_scene("leaf_in", ["translate_to=1"])
-    with pytest.raises(wo.InputError, match="^colour: got an unknown key"):
+    with pytest.raises(wo.InputError, match=r"^colour: got an unknown key"):
         load_scene("leaf_in", ["colour=1"])
     assert load_scene("leaf_in", ["name=other"]).name == "other"
 
@@ -355,13 +355,13 @@ def test_a_key_without_its_table_is_told_where_it_stands():
     [("leafin", "leaf_in"), ("leaf-in.toml", "leaf_in"), ("ikarus", "ikaros"), ("drum", "verification/drum")],
 )
 def test_unknown_scene_proposes_those_of_a_similar_name(given, meant):
-    with pytest.raises(wo.InputError, match=f"did you mean {meant}( or .*)?\\? `warp-origami list`") as caught:
+    with pytest.raises(wo.InputError, match=rf"did you mean {meant}( or .*)?\? `warp-origami list`") as caught:
         load_scene(given)
     assert len(str(caught.value)) < 200
 
 
 def test_fold_file_is_no_scene(tmp_path):
-    with pytest.raises(wo.InputError, match='kind = "fold", file = "a.fold".*draw'):
+    with pytest.raises(wo.InputError, match=r'kind = "fold", file = "a\.fold".*draw'):
         load_scene(tmp_path / "a.fold")
 
 
