@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import types
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -112,6 +113,21 @@ def test_options_reach_the_simulation(warp_origami, scene_file, tmp_path):
     assert warp_origami.calls == [{"until": 0.5, "resume": None, "device": "cpu", "threads": 2}]
     assert len(rows(tmp_path / "here" / "history.csv")) == 21
     assert "thickness = 0.0001" in (tmp_path / "here" / "scene.toml").read_text()
+
+
+def test_run_that_is_done_names_its_page(warp_origami, scene_file):
+    page = Path("runs") / "bending" / "report.html"
+    assert warp_origami("run", scene_file).stderr.splitlines()[-1] == f"done: results in {page.parent} (open {page})"
+    assert page.exists()
+
+
+@pytest.mark.parametrize("command", ["run", "pareto"])
+def test_end_that_the_scene_does_not_reach_is_wrong_input(warp_origami, scene_file, tmp_path, command):
+    ended = warp_origami(command, scene_file, "--until", 5)
+    assert ended.exit_code == 2
+    assert ended.stderr.startswith("--until: got 5, wants at most the end of the scene, 1 s")
+    assert list(tmp_path.iterdir()) == [scene_file]
+    assert warp_origami("run", scene_file, "--until", 1).exit_code == 0
 
 
 def test_quiet_run_says_nothing(warp_origami, scene_file):

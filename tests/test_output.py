@@ -310,9 +310,26 @@ def test_progress_shows_time_step_iterations_and_energy():
         stream = Terminal(terminal)
         feed.feed(Progress(1.0, stream), feed.scene(), 1.0)
         assert "compiling kernels" in stream.text
-        assert "step 2.5e-02 s, Newton 3, energy +0.0e+00" in stream.text or not terminal
+        assert "step 2.5e-02 s, Newton 3, energy balance +0 % of the largest energy" in stream.text or not terminal
         assert ("100%" in stream.text) == terminal
     assert stream.text.count("\n") < 8  # a log should not fill up
+
+
+def test_progress_in_a_log_tells_the_balance_in_percent_and_the_time_left(monkeypatch):
+    clock = iter([0.0, 20.0, 40.0])
+    monkeypatch.setattr("warp_origami.output.progress.time.monotonic", lambda: next(clock))
+    stream = Terminal(False)
+    progress = Progress(1.0, stream)
+    progress._unit = " s"
+    for time, error in ((0.0, 0.0), (0.25, -0.0026), (1.0, 0.0)):
+        record = feed.record(time, 0.25)
+        record.history.update(kinetic_energy=1.0, strain_energy=0.0, energy_error=error)
+        progress.step(record)
+    first, second, last = stream.text.splitlines()
+    assert first.startswith("0.0000 of 1 s: step")
+    assert second.startswith("0.2500 of 1 s, 01:00 left: step")
+    assert second.endswith("Newton 3, energy balance -0.26 % of the largest energy")
+    assert last.startswith("1.0000 of 1 s: step")
 
 
 class Killed(BaseException):

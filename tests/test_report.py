@@ -21,7 +21,7 @@ from warp_origami.output.report.coding import Blob
 from warp_origami.output.report.drawn_sheet import draw_sheet, rim, segments, split_at_creases
 from warp_origami.output.report.page import build_report
 from warp_origami.output.report.run_files import Table, read_run_files
-from warp_origami.output.report.tables import model_rows, result_rows, settings
+from warp_origami.output.report.tables import energy_put_in, model_rows, result_rows, settings
 from warp_origami.output.run_directory import RunDirectory
 
 FILES = ("scene.toml", "summary.json", "animation.usdc", "history.csv", "probes.csv", "reactions.csv")
@@ -265,6 +265,56 @@ def test_columns_that_are_not_known_are_plotted_too(run):
     assert {chart.group for chart in found.values() if chart.section == "probes"} == {"tip"}
 
 
+def lead(folder):
+    """The line below the heading of the page, without its date."""
+    build_report(folder)
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    return re.search(r'<p class="lead">(.*?) · files of', text)[1]
+
+
+def test_run_that_was_to_end_early_says_so(run, tmp_path):
+    assert lead(run) == "Motion in time · 1 s"
+    feed.feed(RunDirectory(tmp_path / "short"), feed.scene(duration=6.0), 0.5)
+    assert lead(tmp_path / "short") == "Motion in time · 0.5 of 6 s (--until)"
+    scene = tmp_path / "short" / "scene.toml"
+    scene.write_text(scene.read_text().replace('kind = "dynamic"\nduration = 6.0', 'kind = "static"'))
+    assert lead(tmp_path / "short") == "Equilibrium · load factor 0.5 of 1 (--until)"
+
+
+def test_spin_is_plotted_and_told_with_units(run):
+    columns = "time,rate,moment_of_inertia,angular_momentum.x,angular_momentum.y,angular_momentum.z"
+    (run / "spin.csv").write_text(f"{columns}\n0.0,0.5,234.0,0.0,0.0,117.0\n1.0,0.45,260.0,0.0,0.0,117.0\n")
+    found = [chart for chart in charts(read_run_files(run)) if chart.table == "spin"]
+    assert [(chart.title, chart.unit, [curve.label for curve in chart.curves]) for chart in found] == [
+        ("Rate of spin", "rad/s", ["rate"]),
+        ("Moment of inertia about the axis", "kg m²", ["moment of inertia"]),
+        ("Angular momentum", "N m s", ["z"]),
+    ]
+    momentum = {"angular_momentum": [1.68e-17, -4.0772538579232126e-16, 121.67307703650295]}
+    assert result_rows({"mass": 294.072064, "angular_momentum_change": -5.5789e-5} | momentum) == [
+        ("Mass", "294.1 kg"),
+        ("Angular momentum (x, y, z), end", "(0, 0, 121.7) N m s"),
+        ("Its change about the axis", "-0.00558 % of the first value"),
+    ]
+
+
+def test_energy_lost_is_told_against_what_was_put_in():
+    columns = ("time", "kinetic_energy", "strain_energy", "contact_energy", "external_work", "energy_error")
+    rows = np.array([[0.0, 1.0, 1.0, 0.0, 0.0, 0.0], [1.0, 2.0, 1.0, 0.0, 6.0, -3.0], [2.0, 2.0, 1.0, 0.0, 4.0, -2.0]])
+    energy = energy_put_in(Table(columns, rows))
+    assert (energy.supplied, energy.lost) == (8.0, 3.0)
+    told = dict(result_rows({"energy_loss": 1.0}, energy))
+    assert told == {"Energy lost": "100 % of the largest energy at one time, 37.5 % of the energy put in"}
+    assert energy_put_in(Table(columns[:-1], rows[:, :-1])) is None
+
+
+def test_page_says_where_lost_energy_goes(run):
+    path = run / "summary.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"energy_loss": 0.1}))
+    build_report(run)
+    assert "algorithmic damping" in (run / "report.html").read_text(encoding="utf-8")
+
+
 def test_summary_in_words():
     rows = dict(
         result_rows(
@@ -281,7 +331,7 @@ def test_summary_in_words():
     assert rows == {
         "Elements": "12 345",
         "Largest penetration": "2.5 µm",
-        "Energy created": "0.1 % of the largest energy",
+        "Energy created": "0.1 % of the largest energy at one time",
         "new": "3",
     }
     assert model_rows({"nts_stiffness": 3e6, "terms": ["inertia", "drivers"], "elements": 3}) == [

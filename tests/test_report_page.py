@@ -322,6 +322,20 @@ def test_static_run_starts_at_the_full_load(browser, folder, tmp_path):
     assert watched.faults == []
 
 
+def test_motion_opens_in_its_middle_with_its_edges_drawn(browser, folder):
+    watched = Watched(browser, folder / "report.html")
+    assert watched.page.locator("#clock").inner_text() == "0.500 s"
+    assert watched.page.evaluate("report.animation.sheet.rim.visible")
+    creases, rim = (f"report.animation.sheet.{lines}.material.color.getHex()" for lines in ("creases", "rim"))
+    assert watched.page.evaluate(creases) != watched.page.evaluate(rim)
+    assert watched.faults == []
+
+
+def test_run_that_failed_opens_where_it_stopped(browser, tmp_path):
+    feed.feed(RunDirectory(tmp_path), feed.scene(), 0.5, status="failed", message="stopped at 0.5 s")
+    assert Watched(browser, tmp_path / "report.html").page.locator("#clock").inner_text() == "0.500 s"
+
+
 def test_modes_are_chosen_by_their_frequency(browser, tmp_path):
     folder = tmp_path / "modes"
     feed.feed(RunDirectory(folder), feed.scene(output={"fps": 8.0}, duration=2.0), 2.0)

@@ -329,6 +329,42 @@ def test_syntax_errors_name_file_and_line(tmp_path):
         load_scene(path)
 
 
+@pytest.mark.parametrize(("line", "hint"), [("[[driver]]", True), ("[driver]", True), ("[material]", False)])
+def test_tables_that_come_several_times_have_two_brackets(tmp_path, line, hint):
+    path = tmp_path / "s.toml"
+    first = line.replace("[[", "[").replace("]]", "]")
+    path.write_text(f'name = "s"\n{first}\nkind = "x"\n\n{line}\nkind = "y"\n')
+    with pytest.raises(wo.InputError, match="line 5") as caught:
+        load_scene(path)
+    assert ("written [[driver]], with two brackets" in str(caught.value)) == hint
+
+
+def test_a_key_without_its_table_is_told_where_it_stands():
+    with pytest.raises(wo.InputError) as caught:
+        load_scene("leaf_in", ["thickness=1e-4"])
+    assert caught.value.key == "--set thickness" and "material.thickness=..." in caught.value.wants
+    with pytest.raises(wo.InputError, match=r"driver\.0\.translate_to"):
+        load_scene("leaf_in", ["translate_to=1"])
+    with pytest.raises(wo.InputError, match=r"^colour: got an unknown key"):
+        load_scene("leaf_in", ["colour=1"])
+    assert load_scene("leaf_in", ["name=other"]).name == "other"
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [("leafin", "leaf_in"), ("leaf-in.toml", "leaf_in"), ("ikarus", "ikaros"), ("drum", "verification/drum")],
+)
+def test_unknown_scene_proposes_those_of_a_similar_name(given, meant):
+    with pytest.raises(wo.InputError, match=rf"did you mean {meant}( or .*)?\? `warp-origami list`") as caught:
+        load_scene(given)
+    assert len(str(caught.value)) < 200
+
+
+def test_fold_file_is_no_scene(tmp_path):
+    with pytest.raises(wo.InputError, match=r'kind = "fold", file = "a\.fold".*draw'):
+        load_scene(tmp_path / "a.fold")
+
+
 def test_unknown_scene_names_what_there_is():
     with pytest.raises(wo.InputError, match="bundled scene"):
         load_scene("no_such_scene")

@@ -2,6 +2,7 @@
 
 import copy
 import csv
+import itertools
 import json
 import os
 import signal
@@ -21,14 +22,15 @@ from hypothesis import strategies as st
 
 import warp_origami as wo
 from warp_origami.cli import main
-from warp_origami.study.sweep import local
+from warp_origami.study.sweep import local, plot
 from warp_origami.study.sweep.cluster import ClusterWorkers
 from warp_origami.study.sweep.document import Study, load_study
 from warp_origami.study.sweep.local import Job, LocalWorkers, NoWorkers
 from warp_origami.study.sweep.outcome import Outcome
-from warp_origami.study.sweep.plan import plan
+from warp_origami.study.sweep.plan import Run, plan
 from warp_origami.study.sweep.points import points
 from warp_origami.study.sweep.sweep import Sweep
+from warp_origami.study.sweep.table import Row
 from warp_origami.study.sweep.worker import run_in
 
 SCENE = """
@@ -239,6 +241,29 @@ def test_all_runs_are_made_and_stand_in_the_table(folder):
         assert len(history) == int(row["steps_accepted"]) + 2
         assert float(row["lowest (m)"]) < 0.0
     assert progress.is_final and (folder / "out" / "sweep.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    "values", [[1e-4, 2e-4, 5e-4], [1.25e-5, 2.5e-5], [1e9, 1.75e9, 2.5e9], [0.001, 0.0012], [3, 4, 5], [0.25, 0.5]]
+)
+def test_labels_of_the_plot_do_not_overlap(tmp_path, values):
+    parameters = [{"key": "material.thickness", "values": values}, {"key": "b", "values": [1e-4, 1.1e-4, 1.2e-4]}]
+    asked = study(parameter=parameters)
+    rows = [
+        Row(Run(k, value, None, "", 1.0, ""), Outcome("done"), {"lowest (m)": -1e-5 * k})
+        for k, value in enumerate(points(asked))
+    ]
+    figure = plot.figure(asked, rows)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        low, high = axes.get_xlim()
+        labels = [label for place, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+                  if low <= place <= high]  # fmt: skip
+        boxes = sorted((box.x0, box.x1) for box in (label.get_window_extent() for label in labels))
+        assert len(boxes) >= 2
+        assert all(left[1] + 4 < right[0] for left, right in itertools.pairwise(boxes))
+    plot.plt.close(figure)
+    plot.draw(tmp_path / "sweep.png", asked, rows)
 
 
 def test_what_fails_is_recorded_and_the_rest_goes_on(folder):

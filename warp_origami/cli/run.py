@@ -1,7 +1,6 @@
 """run and report: simulate a scene, and write the page of a run."""
 
 import contextlib
-import math
 import sys
 import time
 from collections.abc import Iterator
@@ -11,7 +10,7 @@ import click
 import psutil
 
 from ..errors import InputError
-from .arguments import scene_argument, set_option
+from .arguments import check_until, scene_argument, set_option
 from .exit_codes import FAILED, INTERRUPTED
 from .places import check_folder
 from .quiet import quiet_warp
@@ -54,9 +53,8 @@ def run(
     read = load_scene(scene, overrides)
     folder = Path("runs") / read.name if out is None else out
     check_folder(folder)
-    if until is not None and not math.isfinite(until):
-        raise InputError("--until", until, "a time in s")
-    end = read.analysis.end if until is None else min(until, read.analysis.end)
+    check_until(until, read.analysis)
+    end = read.analysis.end if until is None else until
     quiet_warp()
     from ..clock import PhaseClock
     from ..output.observers import Observers
@@ -83,7 +81,7 @@ def run(
         )
     if directory.report_failure is not None:
         click.echo(f"no report.html: {directory.report_failure}; try `warp-origami report {folder}`", err=True)
-    sys.exit(_report(summary, folder, quiet))
+    sys.exit(_report(summary, folder, quiet, directory.report_failure is None))
 
 
 @click.command()
@@ -121,11 +119,14 @@ def _page_in_any_case(folder: Path) -> Iterator[None]:
         raise
 
 
-def _report(summary: dict, folder: Path, quiet: bool) -> int:
-    """Says how a run ended and gives the exit code."""
+def _report(summary: dict, folder: Path, quiet: bool, has_page: bool) -> int:
+    """Says how a run ended and where its page is, and gives the exit code."""
+    from ..output.report.page import NAME
+
     status = summary["status"]
     if status != "done" or not quiet:
         reasons = [summary[key] for key in ("message", "advice") if summary.get(key)]
         go_on = ["go on with --resume"] if status == "interrupted" else []
-        click.echo("; ".join([f"{status}: results in {folder}", *reasons, *go_on]), err=True)
+        results = f"results in {folder} (open {folder / NAME})" if has_page else f"results in {folder}"
+        click.echo("; ".join([f"{status}: {results}", *reasons, *go_on]), err=True)
     return EXIT_CODES[status]

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ..errors import InputError
-from .arguments import scene_argument, set_option
+from .arguments import check_until, scene_argument, set_option
 from .exit_codes import FAILED, INTERRUPTED
 from .places import check_folder
 from .quiet import quiet_warp
@@ -43,8 +43,10 @@ def pareto(
     """
     from ..scene import load_scene
 
-    folder = Path("pareto") / load_scene(scene, overrides).name if out is None else out
+    read = load_scene(scene, overrides)
+    folder = Path("pareto") / read.name if out is None else out
     check_folder(folder)
+    check_until(until, read.analysis)
     from ..study.pareto.measured_study import Request
     from ..study.pareto.plans import study
 

@@ -27,6 +27,7 @@ class Progress:
         self._phase = ""
         self._next_line = 0.0
         self._largest = 0.0
+        self._began: tuple[float, float] | None = None  # clock and time at the first record
 
     def start(self, scene: Scene, surface: Submesh, resumed_at: float | None) -> None:
         """Says what begins."""
@@ -49,8 +50,10 @@ class Progress:
         text = self._describe(history)
         if not self.stream.isatty():
             now = time.monotonic()
+            self._began = self._began or (now, history["time"])
             if now >= self._next_line:
-                self._line(f"{history['time']:.4f} of {self.until:g}{self._unit}: {text}")
+                left = self._left(now, history["time"])
+                self._line(f"{history['time']:.4f} of {self.until:g}{self._unit}{left}: {text}")
                 self._next_line = now + LINE_INTERVAL
             return
         if self._bar is None:
@@ -59,13 +62,21 @@ class Progress:
         self._bar.set_postfix_str(text, refresh=False)
         self._bar.update(min(history["time"], self.until) - self._bar.n)
 
+    def _left(self, now: float, reached: float) -> str:
+        """How long it takes to the end, at the mean pace so far; nothing before there is one."""
+        clock, begin = self._began
+        if not begin < reached < self.until:
+            return ""
+        return f", {tqdm.format_interval((now - clock) / (reached - begin) * (self.until - reached))} left"
+
     def _describe(self, history: dict[str, float]) -> str:
         # the balance is told relative to the largest energy so far, as in summary.json
         energy = history["kinetic_energy"] + history["strain_energy"] + history["contact_energy"]
         self._largest = max(self._largest, energy)
         error = history["energy_error"] / self._largest if self._largest > 0.0 else 0.0
         return (
-            f"step {history['step']:.1e}{self._unit}, Newton {int(history['newton_iterations'])}, energy {error:+.1e}"
+            f"step {history['step']:.1e}{self._unit}, Newton {int(history['newton_iterations'])}, "
+            f"energy balance {100.0 * error:+.2g} % of the largest energy"
         )
 
     def frame(self, frame: Frame) -> None:

@@ -82,6 +82,16 @@ def _field(location: tuple[str | int, ...], table: type[BaseModel]) -> tuple[str
     return description, names
 
 
+def places_of(key: str, table: type[BaseModel]) -> list[str]:
+    """Where a key stands in the tables of a table: material.thickness, support.0.at."""
+    found = []
+    for name, field in table.model_fields.items():
+        if any(key in inner.model_fields for inner in _tables(field.annotation)):
+            several = typing.get_origin(field.annotation) is tuple
+            found.append(f"{name}.0.{key}" if several else f"{name}.{key}")
+    return found
+
+
 def _tag(table: type[BaseModel]) -> str | None:
     kind = table.model_fields.get("kind")
     values = typing.get_args(kind.annotation) if kind else ()

@@ -1,5 +1,6 @@
 """Scene files: finding, reading, changing single values, bundled scenes."""
 
+import difflib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,6 +10,7 @@ from warp_origami.errors import InputError
 from warp_origami.scenes import bundled_scenes
 
 from .document import Scene
+from .faults import places_of
 from .toml import check_depth, parse_value, read_toml
 
 
@@ -54,11 +56,22 @@ def _find(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if path.suffix == ".toml" and path.exists():
         return path
-    bundled = bundled_scenes()
-    if str(name_or_path) in bundled:
-        return bundled[str(name_or_path)][0]
-    names = ", ".join(bundled) or "none"
-    raise InputError("scene", repr(str(name_or_path)), f"the path of a .toml file or a bundled scene ({names})")
+    bundled, name = bundled_scenes(), str(name_or_path)
+    if name in bundled:
+        return bundled[name][0]
+    raise InputError("scene", repr(name), _wanted_scene(path, name, list(bundled)))
+
+
+def _wanted_scene(path: Path, name: str, bundled: list[str]) -> str:
+    """What to give in place of a scene that there is not."""
+    if path.suffix == ".fold":
+        table = f'[pattern] kind = "fold", file = "{path.name}"'
+        return f"a scene, a .toml file with {table} and a material; `warp-origami draw` takes a FOLD file as it is"
+    by_word = {word: scene for scene in bundled for word in (scene.rpartition("/")[2], scene)}
+    close = dict.fromkeys(by_word[word] for word in difflib.get_close_matches(path.stem, by_word, cutoff=0.7))
+    close |= dict.fromkeys(by_word[word] for word in difflib.get_close_matches(name, by_word, cutoff=0.7))
+    told = f"did you mean {' or '.join(close)}? " if close else ""
+    return f"the path of a .toml file that exists or a bundled scene ({told}`warp-origami list` names them all)"
 
 
 def resolve_pattern_file(values: dict[str, Any], folder: Path) -> None:
@@ -74,6 +87,8 @@ def apply_override(tables: dict[str, Any], override: str) -> None:
     key = key.strip()
     if not equals or not all(key.split(".")):
         raise InputError("--set", repr(override), "key.path=value, for example material.thickness=1e-4")
+    if "." not in key and key not in Scene.model_fields and (places := places_of(key, Scene)):
+        raise InputError(f"--set {key}", "a key without its table", " or ".join(f"{place}=..." for place in places[:6]))
     set_value(tables, key, _value(text.strip(), key), f"--set {key}", f"--set {override}")
 
 

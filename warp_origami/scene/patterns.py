@@ -1,5 +1,6 @@
 """A pattern by name: a generator's, a scene's or a FOLD file's, for what needs no scene."""
 
+import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -45,7 +46,10 @@ def load_pattern(name_or_path: str, overrides: Iterable[str] = ()) -> tuple[str,
         scene = load_scene(name_or_path, overrides)
         name = scene.name
     else:
-        wants = f"a generator ({', '.join(GENERATORS)}), a scene (see list), or the path of a .toml or .fold file"
+        names = list(dict.fromkeys([*GENERATORS, *bundled_scenes()]))
+        close = difflib.get_close_matches(name_or_path, names, cutoff=0.7)
+        told = f"did you mean {' or '.join(close)}? " if close else ""
+        wants = f"{told}a generator ({', '.join(GENERATORS)}), a scene (see list), or the path of a .toml or .fold file"
         raise InputError("PATTERN", repr(name_or_path), wants)
     return name, build_pattern(scene.pattern.kind, scene.pattern.parameters() | {"refine": 1}, scene.directory)
 

@@ -13,6 +13,9 @@ LARGEST_FILE = 1_000_000
 DEEPEST = 16
 """Tables and arrays within each other, and parts of a key."""
 
+SEVERAL = ("support", "driver", "crease", "mass", "load", "probe", "parameter", "result")
+"""Tables that a file may have several of."""
+
 _KEY = r"(?:[\w-]+|\"[^\"\n]*\"|'[^'\n]*')"
 _LONG_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*{_KEY}(?:[ \t]*\.[ \t]*{_KEY}){{{DEEPEST}}}", re.MULTILINE)
 
@@ -64,8 +67,20 @@ def _parse(text: str) -> dict[str, Any]:
         raise ValueError(f"a key of more than {DEEPEST} parts")
     try:
         return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{error}{_hint(text, str(error))}") from None
     except RecursionError:
         raise ValueError(f"arrays or tables nested more than {DEEPEST} deep") from None
+
+
+def _hint(text: str, message: str) -> str:
+    """Where a table of SEVERAL has one bracket in place of two: what to write."""
+    at_line = re.search(r"at line (\d+)", message)
+    line = text.splitlines()[int(at_line[1]) - 1] if at_line else ""
+    name = re.match(r"\s*\[\[?\s*(\w+)\s*\]", line)
+    if name is None or name[1] not in SEVERAL:
+        return ""
+    return f"; each of several is written [[{name[1]}]], with two brackets"
 
 
 def check_depth(tables: dict[str, Any], name: str) -> None:

@@ -81,6 +81,15 @@ RUN = (
     ),
     _Plan("Share of the area", "%", {"taut": "taut", "wrinkled": "wrinkled", "slack": "slack"}),
 )
+SPIN = (
+    _Plan("Rate of spin", "rad/s", {"rate": "rate"}),
+    _Plan("Moment of inertia about the axis", "kg m²", {"moment_of_inertia": "moment of inertia"}),
+    _Plan(
+        "Angular momentum",
+        "N m s",
+        {"angular_momentum.x": "x", "angular_momentum.y": "y", "angular_momentum.z": "z"},
+    ),
+)
 PROBE = (
     _Plan("Position", "m", {"x": "x", "y": "y", "z": "z"}),
     _Plan("Velocity", "m/s", {"vx": "x", "vy": "y", "vz": "z"}),
@@ -99,6 +108,10 @@ def charts(files: RunFiles) -> list[Chart]:
     if history is not None and len(history):
         for plan in _plans(history):
             found += _chart(plan, history, "history", "run", "")
+    spin = files.tables.get("spin")
+    if spin is not None and len(spin):
+        for plan in SPIN:
+            found += _chart(plan, spin, "spin", "run", "")
     for name, plans in (("probes", PROBE), ("reactions", REACTION)):
         table = files.tables.get(name)
         for group in groups(table) if table is not None and len(table) else ():

@@ -21,7 +21,16 @@ from .charts import as_dictionaries, charts, thinned
 from .coding import Blob
 from .drawn_sheet import DrawnSheet, draw_sheet
 from .run_files import RunFiles, read_run_files
-from .tables import machine_rows, model_rows, pairs_html, phases_html, result_rows, settings, settings_html
+from .tables import (
+    energy_put_in,
+    machine_rows,
+    model_rows,
+    pairs_html,
+    phases_html,
+    result_rows,
+    settings,
+    settings_html,
+)
 
 NAME = "report.html"
 ASSETS = Path(__file__).parent / "assets"
@@ -36,6 +45,11 @@ FIELDS = {
     "state": ("wrinkle state", ""),
     "contact_pressure": ("contact pressure", "Pa"),
 }
+ENERGY_LOST = (
+    "Energy lost: to the algorithmic damping of the time integration (integrator.spectral_radius), which takes out "
+    "vibrations that the steps do not resolve. It adds up over the run, so it may exceed the largest energy that there "
+    "is at one time; of the energy put in (at the start, and as work of loads and drivers) it is at most 100 %."
+)
 STATUS = {
     "done": "done",
     "failed": "failed",
@@ -103,6 +117,7 @@ def _parts(files: RunFiles, sheet: DrawnSheet | None, remarks: list[str]) -> dic
     described = {
         "name": files.name,
         "kind": files.kind,
+        "done": _status(files) == "done",
         "end": _number(files.analysis.get("duration"), 1.0),
         "tables": tables,
         "charts": as_dictionaries(charts(files)),
@@ -120,7 +135,7 @@ def _parts(files: RunFiles, sheet: DrawnSheet | None, remarks: list[str]) -> dic
         "message": _message(files.summary),
         "remarks": "".join(f"<li>{html.escape(remark)}</li>" for remark in remarks),
         "no_remarks": "" if remarks else "hidden",
-        "summary": pairs_html(result_rows(files.summary)) if files.summary else "<p>summary.json is missing.</p>",
+        "summary": _results(files),
         "phases": phases_html(files.summary),
         "settings": settings_html(settings(files)),
         "model": pairs_html(model_rows(files.summary)),
@@ -142,6 +157,16 @@ def _described(sheet: DrawnSheet) -> dict:
     return {"frames": sheet.frames, "origin": sheet.origin.tolist(), "step": sheet.step, "fields": fields}
 
 
+def _results(files: RunFiles) -> str:
+    """The numbers of the run, and what they mean where that is not plain."""
+    if not files.summary:
+        return "<p>summary.json is missing.</p>"
+    if files.kind != "dynamic" or "energy_loss" not in files.summary:
+        return pairs_html(result_rows(files.summary))
+    rows = pairs_html(result_rows(files.summary, energy_put_in(files.tables.get("history"))))
+    return f'{rows}<p class="hint">{html.escape(ENERGY_LOST)}</p>'
+
+
 def _status(files: RunFiles) -> str:
     return str(files.summary.get("status", ""))
 
@@ -151,8 +176,12 @@ def _lead(files: RunFiles) -> str:
     reached = files.tables["history"].values[-1:, 0] if "history" in files.tables else np.empty(0)
     parts = {"dynamic": "motion in time", "static": "equilibrium", "modal": "free vibrations"}[files.kind]
     told = [parts[0].upper() + parts[1:]]
-    if files.kind == "dynamic" and "duration" in files.analysis:
-        told.append(f"{_number(files.analysis['duration'], 0.0):g} s")
+    end = _number(files.analysis.get("duration"), 0.0) if files.kind == "dynamic" else 1.0
+    if len(reached) and _status(files) == "done" and files.kind != "modal" and reached[0] < (1.0 - 1e-9) * end:
+        of = f"{reached[0]:.6g} of {end:g}"
+        told.append(f"{of} s (--until)" if files.kind == "dynamic" else f"load factor {of} (--until)")
+    elif end and files.kind == "dynamic":
+        told.append(f"{end:g} s")
     if len(reached) and _status(files) != "done":
         what = "s" if files.kind == "dynamic" else "of the load"
         told.append(f"reached {reached[0]:.6g} {what}")

@@ -12,6 +12,10 @@ from warp_origami.output.animation_file import AnimationFile
 from warp_origami.scene import Scene, load_scene
 
 TABLES = ("history", "probes", "reactions")
+"""Of every run."""
+
+SPIN = "spin"
+"""Table of runs that spin."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class RunFiles:
         scene: as validated; None if the file is missing or this version does not accept it.
         settings: the scene file as tables; empty if it cannot be read.
         summary: content of summary.json; empty without it.
-        tables: history, probes and reactions, as far as they are there.
+        tables: history, probes, reactions and spin, as far as they are there.
         animation: None if it is missing or damaged.
         remarks: sentences on what is missing, damaged or left out.
     """
@@ -110,6 +114,8 @@ class _Reader:
 
     def table(self, name: str) -> Table | None:
         path = self.folder / f"{name}.csv"
+        if name == SPIN and not path.exists():
+            return None
         try:
             heading, *lines = path.read_text(encoding="utf-8").split("\n")
         except FileNotFoundError:
@@ -153,7 +159,7 @@ def read_run_files(folder: Path) -> RunFiles:
     reader = _Reader(folder)
     settings, scene = reader.settings()
     summary = reader.summary()
-    tables = {name: reader.table(name) for name in TABLES}
+    tables = {name: reader.table(name) for name in (*TABLES, SPIN)}
     found = {name: table for name, table in tables.items() if table is not None}
     animation = reader.animation()
     return RunFiles(folder, scene, settings, summary, found, animation, tuple(reader.remarks))

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from .run_files import RunFiles
+from .run_files import RunFiles, Table
 
 MOST_VALUES = 100
 """Of a list, in the table of settings; scene.toml has them all."""
@@ -107,6 +107,10 @@ RESULTS = {
     "max_penetration": ("Largest penetration", "m"),
     "energy_gain": ("Energy created", "%"),
     "energy_loss": ("Energy lost", "%"),
+    "mass": ("Mass", "kg"),
+    "angular_momentum_initial": ("Angular momentum (x, y, z), start", "N m s"),
+    "angular_momentum": ("Angular momentum (x, y, z), end", "N m s"),
+    "angular_momentum_change": ("Its change about the axis", "% of initial"),
     "wall_seconds": ("Wall time", "s"),
     "peak_memory_bytes": ("Peak memory", "bytes"),
 }
@@ -124,10 +128,43 @@ MODEL = {
 ELSEWHERE = {"status", "scene", "message", "advice", "phases", "frequencies", "kernel_modules"}
 
 
-def result_rows(summary: Mapping) -> list[tuple[str, str]]:
+SHARES = {"%": "largest energy at one time", "% of initial": "first value"}
+"""What shares are of."""
+
+
+@dataclass(frozen=True)
+class EnergyPutIn:
+    """Energies of a run, J.
+
+    Attributes:
+        supplied: stored at the start, and the largest net work of loads and drivers since.
+        lost: largest fall of the energy balance below zero.
+    """
+
+    supplied: float
+    lost: float
+
+
+def energy_put_in(history: Table | None) -> EnergyPutIn | None:
+    """What was put into the sheet and lost, from history.csv; None if its columns do not tell.
+
+    Stored and dissipated energy are not negative, so `lost` is at most `supplied`.
+    """
+    needed = ("kinetic_energy", "strain_energy", "contact_energy", "external_work", "energy_error")
+    if history is None or not len(history) or not set(needed) <= set(history.columns):
+        return None
+    *stored, work, error = (history.values[:, history.columns.index(name)] for name in needed)
+    return EnergyPutIn(float(sum(stored)[0] + max(work.max(), 0.0)), float(max(-error.min(), 0.0)))
+
+
+def result_rows(summary: Mapping, energy: EnergyPutIn | None = None) -> list[tuple[str, str]]:
     """Label and value of the numbers of a run; those that are not known here under their own names."""
     others = summary.keys() - RESULTS.keys() - MODEL.keys() - ELSEWHERE
-    return _rows(summary, RESULTS | {key: (key, "") for key in summary if key in others})
+    rows = _rows(summary, RESULTS | {key: (key, "") for key in summary if key in others})
+    if energy is None or not energy.supplied > 0.0:
+        return rows
+    share = f"{100.0 * energy.lost / energy.supplied:.3g} % of the energy put in"
+    return [(label, f"{text}, {share}" if label == RESULTS["energy_loss"][0] else text) for label, text in rows]
 
 
 def model_rows(summary: Mapping) -> list[tuple[str, str]]:
@@ -141,12 +178,15 @@ def _rows(summary: Mapping, labels: Mapping[str, tuple[str, str]]) -> list[tuple
 
 
 def _quantity(value: object, unit: str) -> str:
+    if isinstance(value, list) and value and all(isinstance(entry, float) for entry in value):
+        noise = 1e-12 * max(map(abs, value))  # beside the largest component
+        return f"({', '.join(f'{entry if abs(entry) > noise else 0.0:.4g}' for entry in value)}) {unit}".rstrip()
     if isinstance(value, bool) or not isinstance(value, int | float):
         return ", ".join(map(str, value)) if isinstance(value, list) else "" if value is None else str(value)
     if unit == "bytes":
         return f"{value / 1e6:.0f} MB"
-    if unit == "%":
-        return f"{100.0 * value:.3g} % of the largest energy"
+    if unit in SHARES:
+        return f"{100.0 * value:.3g} % of the {SHARES[unit]}"
     if isinstance(value, int):
         return f"{value:,} {unit}".replace(",", " ").rstrip()
     if unit == "m" and 0.0 < value < 0.1:

@@ -6,6 +6,8 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from warp_origami.output.files import replacing
 
@@ -27,21 +29,27 @@ RATIO = 50.0
 
 
 def draw(path: Path, study: Study, rows: Sequence[Row]) -> None:
-    """Draws a row of panels for each quantity; runs that are not done are marked at the lower edge."""
+    """Writes the figure as PNG."""
+    drawn = figure(study, rows)
+    with replacing(path) as temporary:
+        drawn.savefig(temporary, dpi=130)
+    plt.close(drawn)
+
+
+def figure(study: Study, rows: Sequence[Row]) -> Figure:
+    """A row of panels for each quantity; runs that are not done are marked at the lower edge."""
     names = list(study.plot.of or [result.name for result in study.result][:6] or _interesting(rows))
     parameters = study.parameter[:MOST_PARAMETERS]
-    figure, panels = plt.subplots(
+    drawn, panels = plt.subplots(
         len(names), len(parameters), squeeze=False, figsize=(1.0 + 3.6 * len(parameters), 0.9 + 2.8 * len(names))
     )
     for line, name in zip(panels, names, strict=True):
         for k, axes in enumerate(line):
             _panel(axes, study, rows, name, k)
     done = sum(row.outcome.status == DONE for row in rows)
-    figure.suptitle(f"{study.name}: {done} of {len(rows)} runs done", fontsize=10)
-    figure.tight_layout()
-    with replacing(path) as temporary:
-        figure.savefig(temporary, dpi=130)
-    plt.close(figure)
+    drawn.suptitle(f"{study.name}: {done} of {len(rows)} runs done", fontsize=10)
+    drawn.tight_layout()
+    return drawn
 
 
 def _interesting(rows: Sequence[Row]) -> list[str]:
@@ -71,6 +79,8 @@ def _panel(axes, study: Study, rows: Sequence[Row], name: str, k: int) -> None:
     axes.set_xlabel(parameter.key, fontsize=9)
     axes.set_ylabel(name, fontsize=9)
     axes.tick_params(labelsize=8)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.get_offset_text().set_fontsize(8)
     axes.grid(alpha=0.3)
     if lost or (axes.get_legend_handles_labels()[1] and len(axes.lines) > 1):
         axes.legend(fontsize=7)
@@ -117,3 +127,7 @@ def _axis(axes, parameter: Parameter, values: Sequence[Any]) -> None:
     wide = parameter.values is not None and low > 0.0 and high > RATIO * low
     if parameter.scale == "log" or wide:
         axes.set_xscale("log")
+        return
+    whole = all(isinstance(value, int) for value in values)
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], integer=whole))
+    axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 4), useMathText=True)  # a power of ten at the end in place of zeros

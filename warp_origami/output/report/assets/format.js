@@ -8,7 +8,7 @@ const PREFIXES = [
 // Factor and unit in which `largest` has one to three digits before the point.
 function scaled(largest, unit) {
   if (unit === "%") return { factor: 0.01, unit: "%" };
-  if (!unit || !(largest > 0)) return { factor: 1, unit };
+  if (!unit || unit.startsWith("kg") || !(largest > 0)) return { factor: 1, unit }; // kg has its prefix
   const [factor, prefix] = PREFIXES.find(([value]) => largest >= value * 0.9999) ?? PREFIXES.at(-1);
   return { factor, unit: prefix + unit };
 }

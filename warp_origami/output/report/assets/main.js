@@ -16,7 +16,8 @@ class Animation {
     this.connect();
     this.colourLines();
     if (run.kind === "modal") this.addModes();
-    if (run.kind === "static") this.player.show(this.player.last);
+    if (run.kind === "static" || !run.done) this.player.show(this.player.last);
+    else if (run.kind === "dynamic") this.player.seek((sheet.times[0] + sheet.times.at(-1)) / 2); // the stowed sheet shows little
     stage.fit(stage.motion(), HOME);
   }
 
@@ -164,9 +165,10 @@ class Animation {
     const onViridis = !alone && field !== null && field.name !== "state";
     const colour = alone ? css("--text") : onViridis ? "#ffffff" : "#1b2430";
     this.sheet.mesh.visible = !alone;
-    for (const [lines, opacity] of [[this.sheet.creases, 0.9], [this.sheet.rim, alone ? 0.6 : 0.5]]) {
+    const edge = onViridis ? "#a9b8c9" : colour; // seen on the sheet and beside it: layers that lie on each other keep their ends
+    for (const [lines, line, opacity] of [[this.sheet.creases, colour, 0.9], [this.sheet.rim, edge, 0.8]]) {
       lines.visible = draw !== "sheet" && lines.userData.ends.length > 0;
-      lines.material.color.set(colour);
+      lines.material.color.set(line);
       lines.material.opacity = opacity;
     }
     this.stage.draw();
