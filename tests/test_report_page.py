@@ -325,10 +325,25 @@ def test_static_run_starts_at_the_full_load(browser, folder, tmp_path):
 def test_motion_opens_in_its_middle_with_its_edges_drawn(browser, folder):
     watched = Watched(browser, folder / "report.html")
     assert watched.page.locator("#clock").inner_text() == "0.500 s"
+    mark = "Number(/translateX.([0-9.]+)/.exec(document.querySelector('.mark').style.transform)[1])"
+    until(watched.page, f"Math.abs({mark} / document.querySelector('#plots .u-over').clientWidth - 0.5) < 0.01")
     assert watched.page.evaluate("report.animation.sheet.rim.visible")
     creases, rim = (f"report.animation.sheet.{lines}.material.color.getHex()" for lines in ("creases", "rim"))
     assert watched.page.evaluate(creases) != watched.page.evaluate(rim)
     assert watched.faults == []
+
+
+def test_labels_of_an_axis_differ_where_values_hardly_do(browser, folder, tmp_path):
+    path = rewritten(folder, tmp_path, "dynamic").parent
+    columns = "time,rate,moment_of_inertia,angular_momentum.x,angular_momentum.y,angular_momentum.z"
+    rows = "".join(f"{k / 4},{0.52 - 4e-6 * k},234.0,0.0,0.0,117.0\n" for k in range(5))
+    (path / "spin.csv").write_text(f"{columns}\n{rows}")
+    page = Watched(browser, build_report(path)[0]).page
+    shown = "report.plots.shown.find(({ chart }) => chart.title === 'Rate of spin').plot"
+    until(page, f"{shown}.axes[1]._values?.length > 0")
+    labels = page.evaluate(f"{shown}.axes[1]._values")
+    assert len(set(labels)) == len(labels) >= 3
+    assert page.evaluate(f"{shown}.axes[1]._size") > 7 * max(map(len, labels))
 
 
 def test_run_that_failed_opens_where_it_stopped(browser, tmp_path):

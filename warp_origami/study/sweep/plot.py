@@ -130,4 +130,5 @@ def _axis(axes, parameter: Parameter, values: Sequence[Any]) -> None:
         return
     whole = all(isinstance(value, int) for value in values)
     axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], integer=whole))
-    axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 4), useMathText=True)  # a power of ten at the end in place of zeros
+    # a power of ten at the end of the axis in place of zeros in every label
+    axes.ticklabel_format(axis="x", style="sci", scilimits=(-2, 4), useMathText=True)

@@ -71,7 +71,7 @@ class Plots {
         },
         axes: [
           { ...axis, label: TIME[1] ? `${TIME[0]} (${TIME[1]})` : TIME[0], labelSize: 20, labelFont: axis.font, size: 34 },
-          { ...axis, size: 58, values: (_, values) => values.map((value) => (value === null ? "" : short(value))) },
+          { ...axis, size: (_, texts) => Math.max(58, 18 + 7 * Math.max(0, ...(texts ?? []).map((text) => text.length))), values: (_, values, __, ___, step) => labels(values, logarithmic ? 0 : step) },
         ],
         series: [{ label: TIME[0], value: (_, value) => short(value, 5) }, ...lines],
         cursor: { sync: { key: "time" }, y: false, points: { size: 6 } },
@@ -85,6 +85,7 @@ class Plots {
     plot.over.append(mark);
     const shown = { plot, mark, place, chart, factor };
     plot.hooks.setScale = [(_, key) => key === "x" && this.move(shown)];
+    plot.hooks.draw = [() => this.place(shown)]; // the width of the labels, and so all places, are known only then
     plot.hooks.setCursor = [() => plot.cursor.left < 0 && this.tell(shown)];
     let pressed = 0;
     plot.over.addEventListener("pointerdown", (event) => (pressed = event.clientX));
@@ -116,9 +117,12 @@ class Plots {
 
   // The line at the time of the animation, and the values there.
   move(shown) {
-    const { plot, mark } = shown;
+    if (!(shown.plot.cursor.left >= 0)) this.tell(shown);
+    this.place(shown);
+  }
+
+  place({ plot, mark }) {
     const { min, max } = plot.scales.x;
-    if (!(plot.cursor.left >= 0)) this.tell(shown);
     mark.hidden = this.time === null || !(this.time >= min && this.time <= max);
     if (!mark.hidden) mark.style.transform = `translateX(${plot.valToPos(this.time, "x")}px)`;
   }
@@ -138,6 +142,13 @@ class Plots {
       }
     }
   }
+}
+
+// Labels `step` apart on an axis, in as many digits as they need to differ.
+function labels(values, step) {
+  const largest = Math.max(...values.map((value) => Math.abs(value ?? 0)));
+  const digits = step > 0 && largest > 0 ? Math.ceil(Math.log10(largest / step)) + 2 : 4;
+  return values.map((value) => (value === null ? "" : short(value, Math.min(Math.max(digits, 4), 10))));
 }
 
 // Ends of a vertical axis with some air; also where all values are the same.
