@@ -12,7 +12,7 @@ import psutil
 from ..errors import InputError
 from .arguments import check_until, scene_argument, set_option
 from .exit_codes import FAILED, INTERRUPTED
-from .places import check_folder
+from .places import check_file, check_folder
 from .quiet import quiet_warp
 
 EXIT_CODES = {"done": 0, "failed": FAILED, "interrupted": INTERRUPTED}
@@ -97,6 +97,8 @@ def report(folder: Path, out: Path | None) -> None:
     """
     from ..output.report.page import build_report
 
+    if out is not None:
+        check_file(out, ".html")
     path, remarks = build_report(folder, out)
     click.echo("\n".join([str(path), *(f"  {remark}" for remark in remarks)]))
 

@@ -12,6 +12,9 @@ from .pattern import Pattern
 LARGEST = 150
 """Vertices of the largest pattern whose folding path is looked for here: it takes seconds."""
 
+MOST_ELEMENTS = 4000
+"""Elements up to which crossings are looked for: layers that lie close make pairs by the square of their number."""
+
 
 def describe_pattern(pattern: Pattern) -> list[tuple[str, str]]:
     """Labels and lines for what a pattern has: of one without creases its size alone."""
@@ -48,11 +51,14 @@ def _describe_stowed(pattern: Pattern) -> str:
     a, b = mesh.edges.T
     flat = np.linalg.norm(mesh.vertices[b] - mesh.vertices[a], axis=1)
     strain = np.abs(np.linalg.norm(stowed[b] - stowed[a], axis=1) / flat - 1.0).max()
-    crossing = find_crossing(stowed, mesh.edges, mesh.triangles)
     size = " x ".join(f"{length:.3g}" for length in np.ptp(stowed, axis=0))
-    parts = [f"{size} m", f"strain {strain:.1g}", "no crossing" if crossing is None else "panels cross"]
+    parts = [f"{size} m", f"strain {strain:.1g}"]
     if len(pattern.face_orders):
         parts.append(f"order of {len(pattern.face_orders)} pairs of layers")
+    if len(mesh.triangles) > MOST_ELEMENTS:
+        return ", ".join([*parts, f"crossings not looked for in more than {MOST_ELEMENTS} elements"])
+    crossing = find_crossing(stowed, mesh.edges, mesh.triangles)
+    parts.insert(2, "no crossing" if crossing is None else "panels cross")
     unknown = unordered_layers(mesh, pattern.pattern_faces, pattern.face_orders, stowed)
     if unknown:
         f, g = unknown[0]
