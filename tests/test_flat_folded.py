@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 import warp_origami as wo
 from runs import run, system_of
 from warp_origami.errors import InputError
+from warp_origami.model.coordinates import affine_coordinates
 from warp_origami.model.fold import read_fold
 from warp_origami.model.generators import build_pattern
 from warp_origami.model.generators.miura import miura
@@ -199,6 +200,24 @@ def test_rounded_layers_open_in_any_plane(tmp_path, digits):
     magnified = turn.inv().apply(points) * [1.0, 1.0, 1e3]
     collisions = ipctk.CollisionMesh(magnified, pattern.mesh.edges, pattern.mesh.triangles)
     assert not ipctk.has_intersections(collisions, magnified)
+
+
+def test_a_rounded_start_runs(tmp_path):
+    """Gradients at folds agree on both sides, else the first step would move them at once, with any speed."""
+    content = waterbomb("VVVVMM")
+    content["file_frames"][0]["vertices_coords"] = [
+        [x + 3e-6 * (i % 2), y - 2e-6 * (i % 3)]
+        for i, (x, y) in enumerate(content["file_frames"][0]["vertices_coords"])
+    ]
+    case = scene(tmp_path, content, duration=2e-5)
+    constraints, q0 = (system := system_of(case)).constraints, system.q0
+    assert np.abs(constraints.equations @ q0.ravel() - constraints.values(0.0)).max() < 1e-15
+    given = affine_coordinates(system.mesh, system.coordinates, system.pattern.stowed)
+    assert 1e-7 < np.abs(constraints.equations @ given.ravel()).max() < 1e-5
+    start = system.evaluate(q0).strain_energy
+    result = run(case)
+    assert result.summary["status"] == "done"
+    assert result.history["kinetic_energy"].max() < start
 
 
 @pytest.mark.parametrize(

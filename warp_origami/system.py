@@ -17,7 +17,7 @@ from .compose.bodies import make_hub, make_mass, make_springs
 from .compose.contact import contact_settings, make_contact, make_friction
 from .compose.loads import load_name, make_loads
 from .errors import InputError
-from .model.constraints import build_constraints
+from .model.constraints import build_constraints, closed_at_folds
 from .model.coordinates import Coordinates, affine_coordinates, number_coordinates
 from .model.generators import build_pattern
 from .model.hub import ROWS as HUB_ROWS
@@ -120,6 +120,7 @@ class System:
                 prescribers, rows = hold_hub(self.hub, scene.hub.mount, motion, prescribers, rows)
             build = build_linear_constraints if linear else build_constraints
             self.constraints = build(self.mesh, self.coordinates, prescribers, rows, self.hub)
+            self.q0 = closed_at_folds(self.constraints, self.q0)
         with clock.phase("compile"):
             self.mass = make_mass(scene, self.mesh, self.coordinates, self.hub)
             self.creases = make_springs(scene, self.pattern, self.mesh, self.coordinates, self.device)

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix, identity
+from scipy.sparse.linalg import spsolve
 
 from .coordinates import Coordinates
 from .hub import Hub
@@ -30,6 +31,9 @@ FOLD_SOURCE, TIE_SOURCE = -1, -2
 """Sources of equations that nothing prescribes: folds, and what is fixed to a hub."""
 
 RANK_TOLERANCE = 1e-9
+ROUNDED = 1e-9
+"""Difference of the gradients at a fold that a start may have."""
+
 CONDITIONING = (0.2, 0.02, 2e-3, 1e-5, RANK_TOLERANCE)
 """Shares of a functional that must be new for it to serve as an unknown: the best ones are taken first."""
 
@@ -84,6 +88,19 @@ class Constraints:
         prescribed = self.sources >= 0
         values[prescribed] = table[self.sources[prescribed], self.components[prescribed]]
         return values
+
+
+def closed_at_folds(constraints: Constraints, q: np.ndarray) -> np.ndarray:
+    """q (n, 3), moved least to fulfil the equations of folds; itself where it does up to ROUNDED.
+
+    Gradients of rounded positions differ along a fold between its two sides.
+    """
+    equations = constraints.equations
+    residual = np.where(constraints.sources == FOLD_SOURCE, equations @ q.ravel(), 0.0)
+    if np.abs(residual).max(initial=0.0) < ROUNDED:
+        return q
+    multipliers = spsolve((equations @ equations.T).tocsc(), residual)
+    return (q.ravel() - equations.T @ multipliers).reshape(q.shape)
 
 
 def build_constraints(
