@@ -434,3 +434,18 @@ def test_fifty_runs_with_workers_killed(options):
     )
     print(ended.stdout, ended.stderr)
     assert ended.returncode == 0
+
+
+def test_results_of_spin_can_be_asked_for(folder):
+    """The same number as in memory; of a scene that does not turn they are refused."""
+    spun = SCENE.replace('kind = "gravity"\nacceleration = [0.0, 0.0, -9.81]', 'kind = "initial_spin"\nrate = 3.0')
+    spun = spun.replace('[[support]]\nname = "corner"\nat = { near = [0.0, 0.0] }\n', "")
+    (folder / "film.toml").write_text(spun)
+    wanted = [{"name": "L", "of": "spin.angular_momentum.z"}, {"name": "rate", "of": "max(spin.rate)"}]
+    (row,), _ = swept(folder, study(parameter=[THICKNESS | {"values": [5e-4]}], result=wanted), LocalWorkers(1))
+    run = wo.simulate(wo.load_scene(folder / "film.toml"), device="cpu")
+    assert float(row["L"]) == pytest.approx(run.spin["angular_momentum.z"][-1], rel=1e-12)
+    assert float(row["rate"]) == pytest.approx(3.0, rel=1e-3)
+    (folder / "film.toml").write_text(SCENE)
+    with pytest.raises(wo.InputError, match=r"spin\.rate.*hub or an initial spin"):
+        plan(study(result=[{"name": "rate", "of": "spin.rate"}]), folder)

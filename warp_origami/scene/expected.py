@@ -8,7 +8,8 @@ from .base import AsTuple, Count, Number, Positive, Table, fault
 from .expression import LONGEST, parse
 
 OF_WANTS = (
-    "a result, or numbers and results joined by + - * / ** ( ) max() min(): frequencies.N (from 0), history.COLUMN, "
+    "a result, or numbers and results joined by + - * / ** ( ) max() min(): frequencies.N (from 0), "
+    "history.COLUMN, spin.COLUMN, "
     "probes.NAME.COLUMN or reactions.NAME.COLUMN, columns as in the tables of results; surface.volume (over z = 0, "
     f"m^3); at most {LONGEST} characters"
 )

@@ -14,7 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-PATH = re.compile(r"\b(?:surface\.volume|frequencies\.\d+|history\.\w+|(?:probes|reactions)\.\w[\w-]*\.\w+)(?![\w.])")
+PATH = re.compile(
+    r"\b(?:surface\.volume|frequencies\.\d+|history\.\w+|spin\.(?:angular_momentum\.)?\w+|"
+    r"(?:probes|reactions)\.\w[\w-]*\.\w+)(?![\w.])"
+)
 LONGEST = 500
 """Characters; each may be a bracket, and Python's own limits are not far beyond."""
 

@@ -9,7 +9,7 @@ from warp_origami.errors import InputError
 from warp_origami.model.submesh import Submesh
 from warp_origami.scene import Scene
 from warp_origami.scene.expression import parse
-from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS
+from warp_origami.solve.records import HISTORY_COLUMNS, PROBE_COLUMNS, REACTION_COLUMNS, SPIN_COLUMNS
 
 
 def paths(of: str) -> tuple[str, ...]:
@@ -33,6 +33,11 @@ def check_path(path: str, scene: Scene, key: str) -> None:
                 f"frequencies.0 to frequencies.{count - 1}" if count else 'frequencies only if analysis.kind = "modal"'
             )
             raise InputError(key, f'"{path}"', known)
+        return
+    if table == "spin":
+        spins = scene.hub is not None or any(load.kind == "initial_spin" for load in scene.load)
+        if not spins or path.removeprefix("spin.") not in SPIN_COLUMNS:
+            raise InputError(key, f'"{path}"', "of a scene with a hub or an initial spin " + ", ".join(SPIN_COLUMNS))
         return
     names = {
         "probes": [probe.name for probe in scene.probe],
@@ -58,6 +63,8 @@ def column(path: str, run: Run) -> np.ndarray:
         return found[int(rest[0])] if int(rest[0]) < len(found) else np.nan
     if table == "history":
         return run.history[rest[0]]
+    if table == "spin":
+        return run.spin[path.removeprefix("spin.")]
     if table == "probes":
         return run.probes[rest[0]][:, PROBE_COLUMNS.index(rest[1])]
     return run.reactions[rest[0]][:, REACTION_COLUMNS.index(rest[1])]

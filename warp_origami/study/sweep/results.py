@@ -20,6 +20,7 @@ class Files:
     history: dict[str, np.ndarray]
     probes: dict[str, np.ndarray]
     reactions: dict[str, np.ndarray]
+    spin: dict[str, np.ndarray]
     summary: dict
 
 
@@ -33,7 +34,8 @@ def read_files(folder: Path) -> Files:
     history = _columns(folder / "history.csv")
     probes = _grouped(_columns(folder / "probes.csv"), PROBE_COLUMNS)
     reactions = _grouped(_columns(folder / "reactions.csv"), REACTION_COLUMNS)
-    return Files(history, probes, reactions, summary)
+    spin = _columns(folder / "spin.csv") if (folder / "spin.csv").exists() else {}
+    return Files(history, probes, reactions, spin, summary)
 
 
 def _columns(path: Path) -> dict[str, np.ndarray]:
