@@ -21,7 +21,7 @@ from warp_origami.scene.toml import LARGEST_FILE
 HEALTH = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
 
 
-@settings(max_examples=200, deadline=None, derandomize=True, database=None, suppress_health_check=HEALTH)
+@settings(max_examples=120, deadline=None, derandomize=True, database=None, suppress_health_check=HEALTH)
 @given(st.randoms(use_true_random=False))
 def test_an_input_that_has_been_tampered_with_is_refused_or_run(chance):
     with tempfile.TemporaryDirectory() as place:
