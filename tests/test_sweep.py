@@ -395,17 +395,22 @@ def test_a_worker_ends_a_run_that_is_out_of_time_and_goes_on_later(folder):
     assert [row["status"] for row in rows] == ["done"] * 3
 
 
+def heed_interrupts():
+    """Programs that a shell starts in the background, and theirs, ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_study_from_a_shell_ends_at_ctrl_c(folder):
     """Interrupted as by Ctrl-C, in the second of two runs, which has a million steps, it ends with 130; started again:
     benchmarks/sweep_worker_killed.py."""
     text = "name = 'films'\nscene = 'film.toml'\n[set]\n'integrator.step' = 1e-4\n[sampling]\nkind = 'grid'\n"
     (folder / "s.toml").write_text(text + "[[parameter]]\nkey = 'analysis.duration'\nvalues = [1e-3, 100.0]\n")
     command = [sys.executable, "-m", "warp_origami", "sweep", "s.toml", "--out", "out", "--workers", "1", "--quiet"]
-    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, preexec_fn=heed_interrupts)
     while process.poll() is None and not list(folder.glob("out/runs/*/outcome.json")):
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    assert process.wait() == 130
+    assert process.wait(60) == 130
     assert "1 done, 1 waiting" in process.stderr.read()
     assert sorted(row["status"] for row in table(folder)) == ["done", "waiting"]
     assert load_study(folder / "s.toml")[0].name == "films"
