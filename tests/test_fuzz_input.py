@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 import feed
 import warp_origami as wo
 from warp_origami.cli import main
+from warp_origami.errors import InputError
 from warp_origami.model.fold import read_fold
+from warp_origami.model.generators import build_pattern
 from warp_origami.model.limits import MOST_CORNERS, MOST_ELEMENTS
 from warp_origami.output.run_directory import RunDirectory
 from warp_origami.scene.toml import LARGEST_FILE
@@ -173,3 +175,8 @@ def test_links_in_the_folder_of_a_run_are_replaced_and_never_followed(tmp_path, 
     assert {path.name: path.read_bytes() for path in outside.iterdir()} == before
     assert sorted(path.name for path in folder.iterdir()) == sorted(RESULTS)
     assert not any(path.is_symlink() for path in folder.iterdir())
+
+
+def test_parameters_that_leave_no_room_for_a_face_are_refused():
+    with pytest.raises(InputError, match=r"pattern: got a square_twist with faces that have no area"):
+        build_pattern("square_twist", {"angle": 8e-10})

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ..connectivity import ConnectivityError
 from ..flat_foldability import check_flat_foldable, flat_folded_vertices
 from ..fold import read_fold
 from ..limits import check_counts, check_elements
@@ -60,7 +61,10 @@ def build_pattern(kind: str, parameters: dict, directory: Path | str = ".", refi
     except TypeError as error:
         raise InputError("pattern", str(error), f"the parameters of {kind}") from None
     check_counts(parameters)
-    pattern = GENERATORS[kind](**parameters)
+    try:
+        pattern = GENERATORS[kind](**parameters)
+    except ConnectivityError as error:  # parameters that each are allowed, and together leave no room for a face
+        raise InputError("pattern", f"a {kind} with faces that have no area ({error})", "larger ones") from None
     if pattern.stowed is not None and np.any(pattern.mesh.edge_kinds == CREASE):
         check_flat_foldable(pattern.mesh, "pattern", kind, flat_folded_vertices(pattern.mesh, pattern.stowed))
     return _refined(pattern, refine)
