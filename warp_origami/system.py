@@ -261,11 +261,6 @@ class System:
         return 0.5 * float(np.sum(v * (self.mass @ v)))
 
     @property
-    def turns(self) -> bool:
-        """Whether a hub or an initial spin lets expect that everything turns."""
-        return self.hub is not None or any(load.kind == "initial_spin" for load in self.scene.load)
-
-    @property
     def terms(self) -> list[str]:
         """Names of what is modelled."""
         material = self.scene.material

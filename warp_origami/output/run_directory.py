@@ -66,8 +66,7 @@ class RunDirectory:
         drawn_until = None if scene.analysis.kind == "modal" else resumed_at
         animation = Animation(self.path / "animation.usdc", scene, surface, drawn_until)
         if resumed_at is not None:
-            spins = scene.hub is not None or any(load.kind == "initial_spin" for load in scene.load)
-            tables = (*TABLES, "spin") if spins else TABLES
+            tables = (*TABLES, "spin") if scene.turns else TABLES
             cut_rows([self.path / f"{name}.csv" for name in tables], resumed_at)
         stale = FILES if resumed_at is None else ("summary.json", NAME)
         for name in stale:

@@ -61,6 +61,11 @@ class Scene(Table):
         """Folder of the FOLD file, whose path is absolute; the current folder without one."""
         return Path(self.pattern.file).parent if self.pattern.kind == "fold" else Path.cwd()
 
+    @property
+    def turns(self) -> bool:
+        """Whether a hub or an initial spin lets expect that everything turns: spin is recorded."""
+        return self.hub is not None or any(load.kind == "initial_spin" for load in self.load)
+
     def to_toml(self) -> str:
         """The scene as a TOML file; reading it gives an equal scene. The path of a FOLD file is absolute."""
         return tomli_w.dumps(self.model_dump(exclude_none=True))

@@ -119,7 +119,7 @@ class Stepper:
         ahead = JERK_SHARE * step
         # along v only: the further term in a is of higher order and would multiply the round-off of stiff motion
         jerk = (acceleration(start + ahead, q + ahead * v, v + ahead * a) - a) / ahead
-        if self.system.turns:
+        if self.system.scene.turns:
             # what turns leaves its circle along v by a strain that is even in `ahead`, and stiff
             back = acceleration(start, q - ahead * v, v - ahead * a) - a
             jerk = 0.5 * (jerk - back / ahead)

@@ -35,8 +35,7 @@ def check_path(path: str, scene: Scene, key: str) -> None:
             raise InputError(key, f'"{path}"', known)
         return
     if table == "spin":
-        spins = scene.hub is not None or any(load.kind == "initial_spin" for load in scene.load)
-        if not spins or path.removeprefix("spin.") not in SPIN_COLUMNS:
+        if not scene.turns or path.removeprefix("spin.") not in SPIN_COLUMNS:
             raise InputError(key, f'"{path}"', "of a scene with a hub or an initial spin " + ", ".join(SPIN_COLUMNS))
         return
     names = {

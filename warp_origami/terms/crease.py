@@ -9,13 +9,14 @@ import numpy as np
 import warp as wp
 
 from warp_origami.kernels import crease as kernels
-from warp_origami.kernels.gather import gather_vectors
 from warp_origami.kernels.precision import real, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
+from . import row_sums
 from .buffers import Buffer
 from .launches import Launch
+from .row_sums import RowSums
 from .shapes import tabulate
 from .sparsity import pairs_of
 
@@ -49,7 +50,7 @@ class CreaseSprings:
     """
 
     name = "crease springs"
-    kernel_modules = (kernels.crease_gradient.module.name, gather_vectors.module.name)
+    kernel_modules = (kernels.crease_gradient.module.name, row_sums.KERNEL_MODULE)
 
     def __init__(
         self,
@@ -82,21 +83,9 @@ class CreaseSprings:
         self._energy = Buffer(count, real, device)
         self._angles = Buffer((count, POINTS), real, device)
         edge_gradient = wp.zeros((count, kernels.ROWS), dtype=vec3, device=device)
-        self._gradient = Buffer(coordinates.count, vec3, device)
         outputs = [self._energy.array, edge_gradient, self._angles.array]
         self._launch_gradient = Launch(kernels.crease_gradient, count, inputs, outputs, device, GRAIN)
-        flat = self.rows.ravel()
-        index = np.argsort(flat, kind="stable")
-        indptr = np.concatenate([[0], np.cumsum(np.bincount(flat, minlength=coordinates.count))])
-        gathered = [wp.array(part, dtype=wp.int32, device=device) for part in (indptr, index)]
-        self._launch_gather = Launch(
-            gather_vectors,
-            coordinates.count,
-            [*gathered, edge_gradient.flatten()],
-            [self._gradient.array],
-            device,
-            100 * GRAIN,
-        )
+        self._sums = RowSums(self.rows, coordinates.count, edge_gradient, device, 100 * GRAIN)
         self._launch_tangent: Launch | None = None
         self._bound: tuple[int, int] | None = None
 
@@ -104,8 +93,7 @@ class CreaseSprings:
         """Energy (J) and its gradient (n, 3)."""
         self._q.write(q)
         self._launch_gradient.launch()
-        self._launch_gather.launch()
-        return float(self._energy.read().sum()), self._gradient.read().copy()
+        return float(self._energy.read().sum()), self._sums()
 
     def add_tangent(self, q: np.ndarray, storage: Buffer, first: int, geometric: bool = True) -> None:
         """Writes the second derivatives of the pairs i <= j of `rows`, spring by spring.

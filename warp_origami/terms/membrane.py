@@ -8,15 +8,16 @@ import warp as wp
 
 from warp_origami.errors import InputError
 from warp_origami.kernels import linear, srm
-from warp_origami.kernels.gather import gather_vectors
 from warp_origami.kernels.membrane import NODES, PAIRS, membrane_kernels
 from warp_origami.kernels.precision import mat33, real, vec2, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
+from . import row_sums
 from .buffers import Buffer
 from .launches import Launch
 from .quadrature import rule
+from .row_sums import RowSums
 from .shapes import ShapeTable, tabulate
 
 LAWS = {law.NAME: law for law in (srm, linear)}
@@ -94,7 +95,7 @@ class Membrane:
         self._law, self._material = law, material
         self._parameters = self._parameters_of(material.s1, material.s2)
         self.name = f"membrane ({law.NAME}, linear elements)" if mesh.linear else f"membrane ({law.NAME})"
-        self.kernel_modules = (self._kernels.module, gather_vectors.module.name)
+        self.kernel_modules = (self._kernels.module, row_sums.KERNEL_MODULE)
 
         count = len(mesh.triangles)
         areas, weights = rule(degree)
@@ -109,7 +110,6 @@ class Membrane:
 
         self._energy = Buffer(count, real, device)
         element_gradient = wp.zeros((count, NODES), dtype=vec3, device=device)
-        self._gradient = Buffer(coordinates.count, vec3, device)
         self.storage = Buffer(count * PAIRS + room, mat33, device)
         self.blocks = self.storage.array[: count * PAIRS].reshape((count, PAIRS))
         outputs = [self._energy.array, element_gradient]
@@ -127,19 +127,8 @@ class Membrane:
         along = [self._q.array, self._step.array, self._elements, shapes, self._parameters, real(1.0), False]
         self._launch_strains = Launch(self._kernels.strains, count, along, [self._strains], device, GRADIENT_GRAIN)
 
-        indptr, index = _rows_of(coordinates.elements, coordinates.count)
-        self._launch_gather = Launch(
-            gather_vectors,
-            coordinates.count,
-            [
-                wp.array(indptr, dtype=wp.int32, device=device),
-                wp.array(index, dtype=wp.int32, device=device),
-                element_gradient.flatten(),
-            ],
-            [self._gradient.array],
-            device,
-            GATHER_GRAIN,
-        )
+        elements = coordinates.elements
+        self._gathered = RowSums(elements, coordinates.count, element_gradient, device, GATHER_GRAIN)
 
     def gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Strain energy (J) and its gradient (n, 3): minus the elastic forces (21)."""
@@ -208,8 +197,7 @@ class Membrane:
         return taut, wrinkled, slack
 
     def _sums(self) -> tuple[float, np.ndarray]:
-        self._launch_gather.launch()
-        return float(self._energy.read().sum()), self._gradient.read().copy()
+        return float(self._energy.read().sum()), self._gathered()
 
     def _prepare(self, table: ShapeTable) -> "StressSampler":
         count = len(table.elements)
@@ -250,11 +238,3 @@ class StressSampler:
         stress, state = self.evaluate(q)
         s1, s2 = stress[:, 0].copy(), stress[:, 1].copy()
         return StressSample(s1, s2, np.sqrt(s1 * s1 - s1 * s2 + s2 * s2), state.copy())
-
-
-def _rows_of(elements: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Compressed map from each coordinate to the places in `elements`, flattened, where it occurs."""
-    rows = elements.ravel()
-    index = np.argsort(rows, kind="stable")
-    indptr = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=count))])
-    return indptr, index

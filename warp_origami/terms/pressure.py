@@ -12,15 +12,16 @@ import warp as wp
 from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import pressure as kernels
-from warp_origami.kernels.gather import gather_vectors
 from warp_origami.kernels.membrane import NODES
 from warp_origami.kernels.precision import real, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
+from . import row_sums
 from .buffers import Buffer
 from .launches import Launch
 from .pressure_rim import PressureRim
+from .row_sums import RowSums
 from .shapes import tabulate
 
 GAUSS = 6
@@ -50,7 +51,7 @@ class FollowerPressure:
     """
 
     name = "follower pressure"
-    kernel_modules = (kernels.pressure_force.module.name, gather_vectors.module.name)
+    kernel_modules = (kernels.pressure_force.module.name, row_sums.KERNEL_MODULE)
 
     def __init__(self, mesh: Mesh, coordinates: Coordinates, elements: np.ndarray, device: str = "cpu") -> None:
         elements = np.unique(elements)
@@ -65,14 +66,8 @@ class FollowerPressure:
         ]
         self._stiffness_inputs = [*inputs, differences]
         element_force = wp.zeros((self._count, NODES), dtype=vec3, device=device)
-        self._force = Buffer(coordinates.count, vec3, device)
         self._launch_force = self._record(kernels.pressure_force, self._count, [*inputs, constants], [element_force])
-        rows = coordinates.elements[elements].ravel()
-        places = csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(coordinates.count, len(rows)))
-        gathered = [wp.array(part, dtype=wp.int32, device=device) for part in (places.indptr, places.indices)]
-        self._launch_gather = self._record(
-            gather_vectors, coordinates.count, [*gathered, element_force.flatten()], [self._force.array]
-        )
+        self._sums = RowSums(coordinates.elements[elements], coordinates.count, element_force, device, GRAIN)
         self._launch_stiffness: Launch | None = None
         self._bound: int | None = None
         self._rim = PressureRim(mesh, coordinates, elements)
@@ -81,8 +76,7 @@ class FollowerPressure:
         """(n, 3) nodal forces of a pressure of 1 Pa: m^2 in rows of positions, m^3 in rows of gradients."""
         self._q.write(q)
         self._launch_force.launch()
-        self._launch_gather.launch()
-        return self._force.read().copy()
+        return self._sums()
 
     def volume(self, q: np.ndarray) -> float:
         """1/3 int r . (r_x x r_y) dA, m^3: while the rim is held, the potential of the force."""

@@ -12,15 +12,16 @@ import warp as wp
 from scipy.sparse import csr_matrix
 
 from warp_origami.kernels import sunlight as kernels
-from warp_origami.kernels.gather import gather_vectors
 from warp_origami.kernels.membrane import NODES
 from warp_origami.kernels.precision import mat33, real, vec2, vec3
 from warp_origami.model.coordinates import Coordinates
 from warp_origami.model.mesh import Mesh
 
+from . import row_sums
 from .buffers import Buffer
 from .launches import Launch
 from .quadrature import rule
+from .row_sums import RowSums
 from .shapes import tabulate
 
 DEGREE = 8
@@ -74,7 +75,7 @@ class Sunlight:
     """
 
     name = "solar radiation pressure"
-    kernel_modules = (kernels.sunlight_force.module.name, gather_vectors.module.name)
+    kernel_modules = (kernels.sunlight_force.module.name, row_sums.KERNEL_MODULE)
 
     def __init__(
         self,
@@ -106,22 +107,11 @@ class Sunlight:
             light,
         ]
         element_force = wp.zeros((count, NODES), dtype=vec3, device=device)
-        self._force = Buffer(coordinates.count, vec3, device)
         self._tangents = Buffer((count, NODES, NODES), mat33, device)
         self._launch_force = Launch(kernels.sunlight_force, count, inputs, [element_force], device, GRAIN)
         self._launch_tangent = Launch(kernels.sunlight_tangent, count, inputs, [self._tangents.array], device, GRAIN)
         self._rows = coordinates.elements[elements].astype(np.int64)
-        flat = self._rows.ravel()
-        places = csr_matrix((np.ones(len(flat)), (flat, np.arange(len(flat)))), shape=(coordinates.count, len(flat)))
-        gathered = [wp.array(part, dtype=wp.int32, device=device) for part in (places.indptr, places.indices)]
-        self._launch_gather = Launch(
-            gather_vectors,
-            coordinates.count,
-            [*gathered, element_force.flatten()],
-            [self._force.array],
-            device,
-            50 * GRAIN,
-        )
+        self._sums = RowSums(self._rows, coordinates.count, element_force, device, 50 * GRAIN)
         self._launch_add: Launch | None = None
         self._bound: int | None = None
 
@@ -129,8 +119,7 @@ class Sunlight:
         """(n, 3) nodal forces of light of 1 Pa: m^2 in rows of positions, m^3 in rows of gradients."""
         self._q.write(q)
         self._launch_force.launch()
-        self._launch_gather.launch()
-        return self._force.read().copy()
+        return self._sums()
 
     def add_stiffness(self, q: np.ndarray, pressure: float, blocks: wp.array) -> None:
         """Adds the symmetric part of -pressure dF/dq to element tangents, as FollowerPressure does."""
